@@ -1,4 +1,4 @@
-"""What the commands that analyse share: their options, the net to analyse, witnesses and exit statuses."""
+"""Common parts of the commands that analyse: options, the analysed net, witnesses and exit statuses."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ engine_option: Adds = click.option(
     show_default=True,
     help="The engines of DiNeROS, or TINA if it is on the PATH.",
 )
-"""Who answers a question."""
+"""The options that select who answers a question."""
 
 certificate_option: Adds = click.option(
     "--certificate",
@@ -78,11 +78,11 @@ question_options = together(
     settings_option,
     json_option,
 )
-"""Of commands that ask one question about a net and show how it comes about."""
+"""Options of commands that decide one question about a net and show a witness."""
 
 
 def search_order_option(help: str) -> Adds:
-    """Add `--search`, passed as `order`: how explicit search goes."""
+    """Add `--search`, passed as `order`: the order of the explicit search."""
     return click.option(
         "--search",
         "order",
@@ -94,7 +94,7 @@ def search_order_option(help: str) -> Adds:
 
 
 def orders_beside(model: Path, no_cache: bool) -> OrderCache | None:
-    """Return the orders of levels that are kept beside a model."""
+    """Return the orders of levels that are stored next to a model."""
     if no_cache:
         return None
     from dineros.analysis.symbolic.order_cache import OrderCache
@@ -103,7 +103,7 @@ def orders_beside(model: Path, no_cache: bool) -> OrderCache | None:
 
 
 def load_subject(path: Path, settings: Sequence[str], signals: str, overflow: str) -> Subject:
-    """Read a model, refuse an invalid one, flatten it where it is a system model, and compile it."""
+    """Read a model, reject an invalid one, flatten it if it is a system model, and compile it."""
     from dineros.analysis.model.subject import subject_of
     from dineros.metamodel.errors import DinerosError, Location
 
@@ -117,7 +117,7 @@ def load_subject(path: Path, settings: Sequence[str], signals: str, overflow: st
 
 
 def load_valid(path: Path, settings: Sequence[str]) -> pn.Net:
-    """Read a model, change it, and refuse it where it is not valid."""
+    """Read a model, change it, and reject it if it is invalid."""
     search().stage("reading the model")
     model = load_named(path, settings)
     refuse_invalid(model, path)
@@ -127,7 +127,7 @@ def load_valid(path: Path, settings: Sequence[str]) -> pn.Net:
 
 @contextmanager
 def reading_formula(option: str) -> Iterator[None]:
-    """Let errors of a formula, or of a name, say which option it was given to.
+    """Add the option to errors of a formula or of a name.
 
     Raises
     ------
@@ -145,7 +145,7 @@ def reading_formula(option: str) -> Iterator[None]:
 
 
 def say_witness(witness: Witness) -> None:
-    """Print a witness, a line per firing; what repeats is printed once."""
+    """Print a witness, a line per firing; repetitions are printed once."""
     loop = len(witness.steps) if witness.loop is None else witness.loop
     _say_steps(witness.steps[:loop], 0)
     if witness.loop is not None:
@@ -155,14 +155,14 @@ def say_witness(witness: Witness) -> None:
 
 
 def say_disorder(witness: Witness) -> None:
-    """Print that a run needs messages out of order, if it does: then it may not be possible."""
+    """Print that a run needs messages out of order, if it does, because it may then be impossible."""
     if witness.disorder:
         say(f"  note: {witness.disorder} hands a newer message over before an older one,")
         say("        so this run may be impossible")
 
 
 def _say_steps(steps: Sequence[Step], before: int) -> None:
-    """Print firings, which come after so many others."""
+    """Print firings that follow a number of others."""
     from dineros.analysis.witnesses.folding import folded
 
     lines = [step.shown for step in steps]
@@ -184,7 +184,7 @@ def write_witness(
     verdict: str,
     cause: Cause | None = None,
 ) -> None:
-    """Write a witness as a trace (`docs/records.md`), as a whole or not at all."""
+    """Write a witness as a trace (`docs/records.md`), atomically."""
     from dineros.analysis.witnesses.records import witness_records
     from dineros.metamodel.records import write_records
 

@@ -1,4 +1,4 @@
-"""Source code that a command reads: the options that name it, and what it says."""
+"""Source code that a command reads: its options and its facts."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from dineros.observation.importing.coded import Coded
 
 CACHE = "DINEROS_SOURCE_CACHE"
-"""Environment variable: the folder where what was read of source code is kept; empty: nothing is kept."""
+"""Environment variable: the folder of the cache of source code; empty: no cache."""
 
 
 @dataclass(frozen=True)
@@ -34,9 +34,9 @@ class ModelOfCode:
     model : sym.SystemModel
         The model.
     findings : list of Finding
-        What the code and its names show to be wrong.
+        Faults that the code and its names show.
     left_out : int
-        How much of the code the model lacks: ports, nodes, and what could not be read.
+        The number of parts that the model lacks: ports, nodes, and what could not be read.
     """
 
     model: sym.SystemModel
@@ -86,14 +86,14 @@ class Code:
                 raise click.UsageError(f"{argument!r} is not an ARG:=VALUE of a --launch FILE")
 
     def refuse_beside(self, bag: Path | None, graph: bool) -> None:
-        """Refuse another source of what is seen; raises `UsageError`."""
+        """Reject another source of observations; raises `UsageError`."""
         if bag is not None:
             raise click.UsageError("--source cannot be combined with --bag")
         if graph:
             raise click.UsageError("--source cannot be combined with --graph and --domain in this command")
 
     def read(self) -> tuple[Coded, list[Finding]]:
-        """Return what the code says, and what it shows to be wrong; the facts are written.
+        """Return the described system and the faults of the code; the facts are written.
 
         Raises
         ------
@@ -137,7 +137,7 @@ class Code:
 
 
 def _cache() -> Path | None:
-    """Return the folder where what was read is kept; None: nothing is kept."""
+    """Return the folder of the cache; None: no cache."""
     said = os.environ.get(CACHE)
     if said is not None:
         return Path(said) if said else None
@@ -145,14 +145,14 @@ def _cache() -> Path | None:
 
 
 def model_of_code(code: Code, given: Path | None, settings: Sequence[str]) -> ModelOfCode:
-    """Return the model of source code, and what the code and its names show to be wrong.
+    """Return the model of source code, and the faults that the code and its names show.
 
     Parameters
     ----------
     code : Code
         The folders.
     given : Path or None
-        A file of what people say.
+        A file of given facts.
     settings : sequence of str
         Values of `--set`.
 
@@ -187,7 +187,7 @@ def model_of_code(code: Code, given: Path | None, settings: Sequence[str]) -> Mo
 
 
 def faults_of_code() -> Mapping[str, Fault]:
-    """Return all kinds of what a check of source code can find, by name."""
+    """Return all kinds of findings of a check of source code, by name."""
     from dineros.analysis.timed_checks.faults import TIMED_FAULTS
     from dineros.observation.findings import code, interfaces, mismatches
 
@@ -235,7 +235,7 @@ def code_options() -> Adds:
 
 
 def say_taken(lines: Sequence[str]) -> None:
-    """Say what the code leaves open, and how it is taken."""
+    """Print what the code leaves open, with the assumptions."""
     for line in lines:
         note(f"open: {line}")
     if lines:

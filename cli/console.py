@@ -1,4 +1,4 @@
-"""What commands print: results on stdout, notes and progress on stderr, colours on terminals only."""
+"""Output of commands: results on stdout, notes and progress on stderr, colours on terminals only."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ _CONTROLS = re.compile("[\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069]")
 
 
 def say(text: str, style: str | None = None) -> None:
-    """Print one line of the result; line breaks and other controls in it are shown, not obeyed.
+    """Print one line of the result; line breaks and other control characters are shown, not executed.
 
     Parameters
     ----------
     text : str
-        The line; it may hold what stands in files.
+        The line; it may contain text from files.
     style : str, optional
         A style of rich, such as ``bold red``, for terminals.
     """
@@ -57,7 +57,7 @@ def say_json(value: Any) -> None:
 
 
 def warn(text: str) -> None:
-    """Print a line for people on stderr, even with `-q`."""
+    """Print a warning on stderr, even with `-q`."""
     line = printable(text)
     if sys.stderr.isatty():
         _print_styled(line, "yellow", sys.stderr)
@@ -66,14 +66,14 @@ def warn(text: str) -> None:
 
 
 def note(text: str) -> None:
-    """Print a line about what is done on stderr, with `-v` only."""
+    """Print a line of details on stderr, with `-v` only."""
     if invocation().verbosity > 0:
         click.echo(printable(text), err=True)
 
 
 @contextmanager
 def working(text: str) -> Iterator[None]:
-    """Show on stderr, where that is a terminal, that long work continues."""
+    """Show on stderr, if it is a terminal, that long work continues."""
     if invocation().verbosity < 0 or invocation().is_watched or not sys.stderr.isatty():
         yield
         return

@@ -1,4 +1,4 @@
-"""What a command that failed prints, one line, and its exit status."""
+"""The one-line error of a failed command, and its exit status."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ REPORT_AT = "please report it, with the model and what --debug adds"
 
 
 def failed(error: Exception, debug: bool) -> int:
-    """Print in at most one line what went wrong, after the stack trace with `--debug`; return the status."""
+    """Print an error in at most one line, after the stack trace with `--debug`; return the status."""
     if isinstance(error, BrokenPipeError):
         return no_reader()
     if debug:
@@ -29,7 +29,7 @@ def failed(error: Exception, debug: bool) -> int:
 
 
 def _one_line(error: Exception) -> str:
-    """Say what went wrong, without a stack trace."""
+    """Print an error without a stack trace."""
     if isinstance(error, click.ClickException):
         context = getattr(error, "ctx", None)
         path = context.command_path if context else "dineros"

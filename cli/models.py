@@ -1,4 +1,4 @@
-"""Reading the models that commands are given, changed by their `--set` options."""
+"""Reads the models of commands, changed by their `--set` options."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 def load(path: Path, settings: Sequence[str] = ()) -> pn.Net:
-    """Read a model and change it; what results need not be valid.
+    """Read a model and change it; the result may be invalid.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def load(path: Path, settings: Sequence[str] = ()) -> pn.Net:
 
 
 def _show_remarks(model: pn.Net, path: Path) -> None:
-    """Print what the reader took in another way than the format says, and how a net was unfolded."""
+    """Print deviations of the reader from the format, and how a net was unfolded."""
     from dineros.metamodel.colours.origins import origins_of
     from dineros.metamodel.errors import counted
     from dineros.metamodel.files.remarks import remarks_of
@@ -77,7 +77,7 @@ def _show_remarks(model: pn.Net, path: Path) -> None:
 
 
 def change(model: pn.Net, path: Path, settings: Iterable[str]) -> None:
-    """Change a model as `--set` says; raises `DinerosError` where a setting does not fit it."""
+    """Change a model by `--set`; raises `DinerosError` if a setting does not fit it."""
     from dineros.metamodel.errors import DinerosError, Location
     from dineros.metamodel.settings import apply
 
@@ -91,7 +91,7 @@ def change(model: pn.Net, path: Path, settings: Iterable[str]) -> None:
 
 
 def load_named(path: Path, settings: Sequence[str] = ()) -> pn.Net:
-    """Read the model that the command line names and change it; what results need not be valid.
+    """Read the model of the command line and change it; the result may be invalid.
 
     A Python program with a function `build` is run for it, which no file that a model or a trace names is.
 
@@ -117,7 +117,7 @@ def load_named(path: Path, settings: Sequence[str] = ()) -> pn.Net:
 
 
 def load_system(path: Path, settings: Sequence[str] = ()) -> sym.SystemModel:
-    """Read a system model and change it; what results need not be valid.
+    """Read a system model and change it; the result may be invalid.
 
     Raises
     ------
@@ -137,7 +137,7 @@ def load_system(path: Path, settings: Sequence[str] = ()) -> sym.SystemModel:
 
 
 def load_valid_system(path: Path, settings: Sequence[str] = ()) -> sym.SystemModel:
-    """Read a system model and change it; raises `DinerosError` as `load_system`, or where it is not valid."""
+    """Read a system model and change it; raises `DinerosError` as `load_system`, or if it is invalid."""
     model = load_system(path, settings)
     refuse_invalid(model, path)
     return model
@@ -164,20 +164,20 @@ def refuse_invalid(model: pn.Net, path: Path) -> None:
 
 
 def say_rules(model: pn.Net, path: Path) -> None:
-    """Say by which rules a system model is flattened, where they are not the paper's."""
+    """Print by which rules a system model is flattened, if they are not those of the paper."""
     if _is_of_ros2(model) and invocation().verbosity >= 0:
         warn(f"{path}: by the rules of ros2: writer, reader and request histories, capacities")
 
 
 def rules_of(model: pn.Net) -> dict[str, str]:
-    """Return what a report as JSON says of the rules; nothing where they are the paper's."""
+    """Return the rules for JSON; nothing if they are those of the paper."""
     return {"middleware": "ros2"} if _is_of_ros2(model) else {}
 
 
 def settings_on_ros2(path: Path, settings: Sequence[str]) -> tuple[str, ...]:
-    """Return the settings for a run on ROS 2, where the rules of a system model are those of ros2.
+    """Return the settings for a run on ROS 2, with the rules of ros2 for a system model.
 
-    A setting of `middleware` holds instead, and a workspace is what it was generated as.
+    A setting of `middleware` takes precedence, and a workspace keeps the settings of its generation.
 
     Parameters
     ----------
@@ -203,13 +203,13 @@ def settings_on_ros2(path: Path, settings: Sequence[str]) -> tuple[str, ...]:
 
 
 def say_rules_on_ros2(path: Path, said: Sequence[str], taken: Sequence[str]) -> None:
-    """Say that what runs on ROS 2 has other rules than its model says; the settings as given and as taken."""
+    """Print that a run on ROS 2 uses other rules than its model: the given and the used settings."""
     if tuple(said) != tuple(taken) and invocation().verbosity >= 0:
         warn(f"{path}: {RUNS_AS_ROS2}")
 
 
 def say_what_runs(models: Iterable[pn.Net], path: Path) -> None:
-    """Say where what runs on ROS 2 differs from the rules of a model.
+    """Print how a run on ROS 2 differs from the rules of a model.
 
     Parameters
     ----------
@@ -271,12 +271,12 @@ def violations_of(model: pn.Net) -> list[Violation]:
 
 
 def refuse_settings_that_break(violations: Sequence[Violation], path: Path) -> None:
-    """Accept violations that the model in the file has as well, without settings.
+    """Accept violations that the model in the file also has without settings.
 
     Parameters
     ----------
     violations : sequence of Violation
-        What the changed model violates.
+        Violations of the changed model.
     path : Path
         The file of the model.
 

@@ -1,4 +1,4 @@
-"""Where a system is seen: the options that say it, and what is seen there."""
+"""Sources of an observed system: their options, and the system."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Source:
-    """Where a system is seen.
+    """The source of an observed system.
 
     Attributes
     ----------
@@ -60,13 +60,12 @@ class Source:
                 )
 
     def system(self, doubts: Callable[[ObservedSystem], bool]) -> ObservedSystem:
-        """Return all that is seen, whatever its namespace; say how long a graph was watched.
+        """Return the observed system of all namespaces; print how long a graph was watched.
 
         Parameters
         ----------
         doubts : callable
-            Tells whether something seems to be wrong with a graph that was seen; then it is watched once
-            more.
+            Returns whether an observed graph seems to have faults; then it is watched again.
 
         Raises
         ------
@@ -143,11 +142,11 @@ source_options = together(
         help="How long the graph is watched; extended while new parts appear.",
     ),
 )
-"""They say where a system is seen, as `Source` has it."""
+"""The options of a source, as in `Source`."""
 
 
 def recording_options(when: str = "") -> Adds:
-    """Add `--tolerance` and `--midway`: how a recording is explained; `when` begins their help."""
+    """Add `--tolerance` and `--midway` for explaining a recording; `when` begins their help."""
 
     def said(text: str) -> str:
         return when + text if when else text.capitalize()

@@ -1,4 +1,4 @@
-"""What subcommands share: the class of commands with examples, the argument MODEL, the options."""
+"""Common parts of subcommands: the class of commands with examples, the argument MODEL, the options."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from click.shell_completion import CompletionItem
 F = TypeVar("F", bound=Callable[..., Any])
 
 COMPLETION_VARIABLE = "_DINEROS_COMPLETE"
-"""Environment variable by which a shell asks for completions."""
+"""Environment variable by which a shell requests completions."""
 
 
 @dataclass
 class Invocation:
-    """What holds for one run of the command line, whatever the subcommand.
+    """Global options of one run of the command line.
 
     Attributes
     ----------
@@ -28,7 +28,8 @@ class Invocation:
     verbosity : int
         1 with `-v`, -1 with `-q`.
     is_alone : bool
-        Whether the process is there for this run only; else it is that of a program which calls the command.
+        Whether the process exists only for this run only; else it is that of a program which calls the
+        command.
     is_watched : bool
         Whether another process shows how far this one is.
     """
@@ -40,7 +41,7 @@ class Invocation:
 
 
 def invocation() -> Invocation:
-    """Return what holds for the present run."""
+    """Return the global options of the current run."""
     context = click.get_current_context(silent=True)
     found = context.find_object(Invocation) if context else None
     return found or Invocation()
@@ -55,11 +56,11 @@ class ExampleCommand(click.Command):
         self.examples = tuple(examples)
 
     def own_options(self) -> list[click.Option]:
-        """Return the options that it has whatever its function takes."""
+        """Return the standard options, which do not depend on its function."""
         return standard_options()
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Run it; where the system gives no memory, a command with a budget answers "unknown"."""
+        """Run it; if the system has no memory, a command with a budget answers "unknown"."""
         try:
             return super().invoke(ctx)
         except MemoryError as error:
@@ -83,7 +84,7 @@ class ExampleCommand(click.Command):
 def command(
     *examples: str, cls: type[ExampleCommand] = ExampleCommand
 ) -> Callable[[Callable[..., Any]], ExampleCommand]:
-    """Make a function the subcommand of its name, with `-q`, `-v` and `--debug`.
+    """Register a function as the subcommand of its name, with `-q`, `-v` and `--debug`.
 
     Parameters
     ----------
@@ -101,7 +102,7 @@ def command(
 
 
 class ModelPath(click.Path):
-    """A model file; completes to the files that may be one. Whether one is there shows when it is read."""
+    """A model file; completes to possible model files. Its existence is checked when it is read."""
 
     def __init__(self) -> None:
         super().__init__(path_type=Path)
@@ -109,7 +110,7 @@ class ModelPath(click.Path):
     def shell_complete(
         self, ctx: click.Context, param: click.Parameter, incomplete: str
     ) -> list[CompletionItem]:
-        """Offer model files, and folders on the way; all files where there is no model."""
+        """Offer model files, and folders that lead to them; all files if there is no model."""
         from dineros.metamodel.files import SUFFIXES
 
         folder, _, start = incomplete.rpartition("/")
@@ -138,7 +139,7 @@ class Adds(Protocol):
 
 
 def together(*options: Adds) -> Adds:
-    """Return what adds several options, in the order in which help lists them."""
+    """Return a decorator that adds several options, in the order of the help."""
 
     def add(function: F, /) -> F:
         for option in reversed(options):
@@ -159,7 +160,7 @@ def output_option(help: str, *, metavar: str = "OUT", required: bool = False) ->
 
 
 def format_option(what: str) -> Adds:
-    """Add `--format`: how to print what was found; `--json` is one of them."""
+    """Add `--format`: how to print findings; `--json` is one of the formats."""
     return click.option(
         "--format",
         type=click.Choice(["text", "json", "sarif", "junit"]),
@@ -170,7 +171,7 @@ def format_option(what: str) -> Adds:
 
 
 def reach_options(how_far: str) -> Adds:
-    """Add `--domain` and `--reach`: where ROS messages go."""
+    """Add `--domain` and `--reach`: the reach of ROS messages."""
     return together(
         click.option(
             "--domain",
@@ -219,7 +220,7 @@ middleware_option: Adds = click.option(
     callback=_keep_middleware,
     help="The queues of topics: those of the paper, or the histories of ROS 2 with capacities.",
 )
-"""One more of the `settings`, so that records and journals name it as well."""
+"""An additional entry of `settings`, so that records and journals also name it."""
 
 settings_option: Adds = click.option(
     "--set",
@@ -258,13 +259,13 @@ variant_options = together(
         help="How a full queue loses messages: by weighted arcs, for tools; by inhibitor arcs, for readers.",
     ),
 )
-"""How a system model is flattened."""
+"""The options of flattening a system model."""
 
 
 def standard_options() -> list[click.Option]:
     """Return the options of every command.
 
-    `invocation` tells what `-q`, `-v` and `--debug` said; `--limit` holds for child processes, too.
+    `invocation` has the values of `-q`, `-v` and `--debug`; `--limit` also holds for child processes.
     """
     limit = click.Option(
         ["--limit"],
@@ -287,7 +288,7 @@ def standard_options() -> list[click.Option]:
 
 
 def _raise_limits(ctx: click.Context, param: click.Parameter, texts: tuple[str, ...]) -> None:
-    """Let limits hold until the command ends, by the environment: processes that are started inherit it."""
+    """Set limits until the command ends, in the environment, which started processes inherit."""
     from dineros.metamodel.errors import DinerosError
     from dineros.metamodel.limits import VARIABLE, raised
 
@@ -319,7 +320,7 @@ def _remember(ctx: click.Context, param: click.Parameter, value: bool) -> None:
 
 
 def show_version(ctx: click.Context, param: click.Parameter, value: bool) -> None:
-    """Print the version and leave; the callback of `--version`."""
+    """Print the version and exit; the callback of `--version`."""
     if value and not ctx.resilient_parsing:
         from importlib.metadata import version
 
@@ -328,6 +329,6 @@ def show_version(ctx: click.Context, param: click.Parameter, value: bool) -> Non
 
 
 def cache_folder() -> Path:
-    """Return the folder for what can be made again: of the XDG base directories, else ``~/.cache``."""
+    """Return the folder for caches: of the XDG base directories, otherwise ``~/.cache``."""
     base = os.environ.get("XDG_CACHE_HOME")
     return (Path(base) if base else Path.home() / ".cache") / "dineros"

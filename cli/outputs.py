@@ -1,4 +1,4 @@
-"""What subcommands that write files share: finding out early that a file cannot be written."""
+"""Common parts of subcommands that write files: early detection of files that cannot be written."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 PICTURES = (".svg", ".png", ".html")
-"""Suffixes of pictures; the same as `dineros.views.nets.FORMATS`, which takes long to import."""
+"""Suffixes of pictures; the same as `dineros.views.nets.FORMATS`, which is slow to import."""
 
 
 def refuse_output(output: Path, formats: Sequence[str], what: str = "to convert to") -> None:
-    """Find out before long work, not after it, that a file cannot be written.
+    """Check before long work that a file can be written.
 
     Parameters
     ----------
@@ -19,7 +19,7 @@ def refuse_output(output: Path, formats: Sequence[str], what: str = "to convert 
     formats : sequence of str
         The suffixes that it may have.
     what : str
-        What they are formats for.
+        The kind of the formats.
 
     Raises
     ------
@@ -45,12 +45,12 @@ def refuse_output(output: Path, formats: Sequence[str], what: str = "to convert 
 
 
 def make_folder(folder: Path) -> None:
-    """Make a folder where it is not there.
+    """Create a folder if it does not exist.
 
     Raises
     ------
     ModelFileError
-        It is a file, or cannot be made.
+        It is a file, or cannot be created.
     """
     from dineros.metamodel.errors import Location, ModelFileError
 

@@ -1,4 +1,4 @@
-"""A quick start of the engines for commands that often answer in a second."""
+"""Speeds up the start of the engines for commands that often answer within a second."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ THREADS = "OPENBLAS_NUM_THREADS"
 
 
 def start_quickly() -> None:
-    """Import the compiler's run time without what the engines never use: half of its time.
+    """Import the run time of the compiler without parts that the engines never use, which halves its time.
 
-    For the time of that import, some packages are made to look absent. This is for the command line, whose
-    process is its own; the library leaves it to the caller.
+    During this import, some packages appear to be absent. This is for the command line, which owns its
+    process; the library leaves it to the caller.
     """
     gc.set_threshold(OBJECTS_BETWEEN_COLLECTIONS, 20, 20)
     if "numba" in sys.modules:

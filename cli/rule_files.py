@@ -1,4 +1,4 @@
-"""Reading a user's own rules: a Python file that lists them in ``RULES``."""
+"""Reads rules of users: a Python file that lists them in ``RULES``."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 def load_rules(path: Path | None) -> list[type[Rule]]:
     """Run a Python file and return its list ``RULES``; without a file there are none.
 
-    The file may import what stands next to it.
+    The file may import modules next to it.
 
     Raises
     ------

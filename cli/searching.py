@@ -1,4 +1,4 @@
-"""What a command says while it searches: where it is, how far, and what to print if it has to end now."""
+"""Reports of a command during its search: stage, progress, and the output if it has to stop now."""
 
 from __future__ import annotations
 
@@ -22,31 +22,31 @@ if TYPE_CHECKING:
     from dineros.analysis.answers.outcome import Outcome
 
 QUIET_COMPILATION = "DINEROS_QUIET_COMPILATION"
-"""Environment variable that keeps the line away which says that engines are compiled."""
+"""Environment variable that suppresses the line about the compilation of engines."""
 
 TIME, MEMORY, INTERRUPTED = RAN_OUT["time"], RAN_OUT["memory"], "interrupted"
-"""Why a search ends before it is done, as reports say it."""
+"""Reasons of an early end of a search, for reports."""
 
 TELL_SECONDS = 0.2
-"""Between two messages on how far an engine is."""
+"""Seconds between two progress messages of an engine."""
 RENDERING = 0.02
-"""Part of the time that goes into what would be printed if the search had to end now."""
+"""Share of the time for preparing the output of an early end."""
 
 FOLLOW_SECONDS = 5.0
-"""Seconds after which answers are told as they come."""
+"""Seconds after which answers are printed as they come."""
 FOLLOW_AFTER = "DINEROS_FOLLOW_SECONDS"
-"""Environment variable that says after how many seconds else, for programs that compare what is printed."""
+"""Environment variable that changes this time, for programs that compare outputs."""
 
 _META = "dineros.search"
 _NO_STAGE = "the beginning"
 
 Pieces = list[tuple[bool, str]]
-"""What is printed, in order: whether on standard error, and the text."""
+"""The output in order: whether it is on standard error, and the text."""
 
 
 @dataclass(frozen=True)
 class Limits:
-    """What was promised: seconds, and bytes of all processes; and when it began (`time.monotonic`)."""
+    """The limits of a search: seconds, and bytes of all processes; and its start (`time.monotonic`)."""
 
     began: float
     seconds: float | None
@@ -65,7 +65,7 @@ class Limits:
 
 @dataclass
 class Whereabouts:
-    """Where a search is: its stage, and how far it is there."""
+    """The position of a search: its stage and the progress there."""
 
     stage: str = _NO_STAGE
     progress: str = ""
@@ -74,19 +74,19 @@ class Whereabouts:
         return f"{self.stage}{f' ({self.progress})' if self.progress else ''}"
 
     def ending(self, cause: str, limits: Limits) -> str:
-        """Say why a search has ended, when and where."""
+        """Return why a search has ended, when and where."""
         return f"{cause} after {limits.spent:.1f} s, at {self}"
 
 
 class Search:
-    """The search of a command, as the process sees it that searches.
+    """The search of a command, in the searching process.
 
     Parameters
     ----------
     limits : Limits
-        What was promised.
+        The limits.
     tell : callable, optional
-        Gets messages, pairs of a kind and a value, for a process that watches; without it nobody does, and
+        Gets messages, pairs of a kind and a value, for the watching process; without it nobody does, and
         what is printed is printed at once.
 
     Attributes
@@ -118,12 +118,12 @@ class Search:
     # where it is
 
     def budget(self) -> Budget:
-        """Return what the engines may cost; from here on a compilation of them is announced.
+        """Return the budget of the engines; from now on, their compilation is announced.
 
         Raises
         ------
         MemoryBudgetError
-            The model has taken it all.
+            The model has used all of it.
         """
         from dineros.analysis.answers.budget import Budget
         from dineros.analysis.nets.memory import memory_for_engines
@@ -133,24 +133,24 @@ class Search:
         return Budget(memory, seconds=self.limits.left, progress=self.progress, stages=self.stage)
 
     def time(self) -> Budget:
-        """Return what work may cost that has no tables of its own: time."""
+        """Return the budget of work without tables of its own: time."""
         from dineros.analysis.answers.budget import Budget
 
         return Budget(seconds=self.limits.left, progress=self.progress, stages=self.stage)
 
     def stage(self, name: str) -> None:
-        """Say what is done now."""
+        """Report the current stage."""
         self.at = Whereabouts(name)
         self._say("stage", name)
         self.refresh()
 
     def progress(self, progress: Progress) -> None:
-        """Say how far an engine is."""
+        """Report the progress of an engine."""
         self.last = progress
         self.far(str(progress))
 
     def far(self, progress: str) -> None:
-        """Say how far the stage is, in words; not more often than anybody reads it."""
+        """Report the progress of the stage in words, at a readable rate."""
         self.at.progress = progress
         now = time.monotonic()
         if now - self._told >= TELL_SECONDS:
@@ -159,13 +159,13 @@ class Search:
             self.refresh()
 
     def reason(self, why: str) -> str:
-        """Return why an answer is unknown: where it is what was promised, also when and where that was."""
+        """Return why an answer is unknown: for a limit, also when and where it was reached."""
         if why == INTERRUPTED and self.limits.left == 0.0:
             why = TIME  # who watches has asked an engine to end that looked too late
         return self.at.ending(why, self.limits) if why.startswith((TIME, MEMORY, INTERRUPTED)) else why
 
     def unknown(self, ending: str) -> Outcome:
-        """Return the answer to a question whose search ended before it."""
+        """Return the answer to a question that the search did not reach."""
         from dineros.analysis.answers.outcome import Outcome
 
         states = self.last.count if self.last is not None and self.last.unit != "nodes" else None
@@ -174,41 +174,41 @@ class Search:
     # what is printed
 
     def draft(self, render: Callable[[str], int]) -> None:
-        """Say what to print if the search ends before it has its answer.
+        """Set the output for a search that ends without its answer.
 
         Parameters
         ----------
         render : callable
-            Prints all that is answered by then; gets why the search ended, and returns the exit status.
+            Prints all answers found so far; gets the reason of the end, and returns the exit status.
         """
         self._render = render
         self.refresh()
 
     def follow(self, tell: Callable[[], None]) -> None:
-        """Say what tells of answers as they come, where the search takes longer than a few seconds.
+        """Set the function that prints answers as they come, if the search takes longer than a few seconds.
 
         Parameters
         ----------
         tell : callable
-            Prints what is answered and was not printed before, on standard error.
+            Prints new answers on standard error.
         """
         self._follow = tell
 
     @contextmanager
     def answer(self) -> Iterator[None]:
-        """Let what is printed within count as the answer: it is printed as a whole, and no draft after it."""
+        """Treat the output of this block as the answer: it is printed as a whole, without a later draft."""
         with self.relay.held() as pieces:
             yield
         self._render = self._draft = self._follow = None
         self._say("answer", pieces)
 
     def refresh(self, *, is_last: bool = False) -> None:
-        """Tell the watching process what it is to print if the search ends here.
+        """Send the watching process the output for the case that the search ends here.
 
         Parameters
         ----------
         is_last : bool
-            Whether it does; else the telling is left where it would take too much of the time.
+            Whether it does; otherwise the message is skipped if it would take too much time.
         """
         if self._follow is not None and not is_last and self.limits.spent >= self._follow_after:
             self._follow()
@@ -226,7 +226,7 @@ class Search:
             self._say("draft", self._draft)
 
     def end(self, cause: str) -> int | None:
-        """Print what is answered so far, for a search that ends here; None where that is nothing."""
+        """Print the answers found so far, for a search that ends here; None if there are none."""
         if self._render is None:
             return None
         render, self._render = self._render, None
@@ -243,16 +243,16 @@ def _seconds(text: str, default: float) -> float:
 
 
 WHY = "\N{OBJECT REPLACEMENT CHARACTER}"
-"""Stands in a draft for why the search has ended, which only the watching process knows."""
+"""Placeholder in a draft for the reason of the end, which only the watching process knows."""
 
 
 class Relay:
-    """Standard output and standard error of a search that is watched: the watching process prints.
+    """Standard output and standard error of a watched search: the watching process prints.
 
     Parameters
     ----------
     tell : callable
-        Gets what was printed, in order.
+        Gets the output, in order.
     """
 
     def __init__(self, tell: Callable[[Pieces], None]) -> None:
@@ -262,7 +262,7 @@ class Relay:
 
     @contextmanager
     def on(self) -> Iterator[None]:
-        """Take all that is printed."""
+        """Collect all output."""
         self._is_on = True
         output, errors = _Stream(self, False, sys.stdout), _Stream(self, True, sys.stderr)
         with redirect_stdout(output), redirect_stderr(errors):
@@ -270,7 +270,7 @@ class Relay:
 
     @contextmanager
     def held(self) -> Iterator[Pieces]:
-        """Keep what is printed; it is the value. Prints as always where it is not on."""
+        """Collect the output, which is the value. Prints as usual if it is not active."""
         if not self._is_on:
             yield []
             return
@@ -281,7 +281,7 @@ class Relay:
             self._held = before
 
     def print(self, is_error: bool, text: str) -> None:
-        """Pass on a text."""
+        """Forward a text."""
         if self._held is not None:
             self._held.append((is_error, text))
         else:
@@ -289,7 +289,7 @@ class Relay:
 
 
 class _Stream(io.TextIOBase):
-    """A stream that passes on what is written."""
+    """A stream that forwards its text."""
 
     encoding = "utf-8"
 
@@ -314,21 +314,21 @@ class _Stream(io.TextIOBase):
 
 
 def search() -> Search:
-    """Return the search of the command that runs."""
+    """Return the search of the running command."""
     found: Search = click.get_current_context().meta[_META]
     return found
 
 
 def use(one: Search) -> None:
-    """Let this be the search of the command that runs."""
+    """Set the search of the running command."""
     click.get_current_context().meta[_META] = one
 
 
 @contextmanager
 def _announcing_compilation(tell: Callable[[str], None], now: Callable[[], str]) -> Iterator[None]:
-    """Say once, unless `-q` is given, that kernels are compiled, as soon as the first one is; it is a stage.
+    """Print once, unless `-q` is given, that kernels are compiled, when the first one is; it is a stage.
 
-    Numba keeps them for later runs. Who compares what is printed sets `QUIET_COMPILATION`.
+    Numba keeps them for later runs. Programs that compare outputs set `QUIET_COMPILATION`.
     """
     from numba.core import event
 

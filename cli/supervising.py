@@ -1,4 +1,4 @@
-"""Budgets are promises: a search runs apart, and the process that was started keeps what was promised for it.
+"""Runs a search in a child process; the parent enforces `--timeout` and `--memory`.
 
 It watches the clock, the memory of all processes together and Ctrl-C; where the search does not end by itself
 in time, it ends it, wherever it is, and prints what was answered until then.
@@ -32,11 +32,11 @@ from dineros.cli.searching import INTERRUPTED, MEMORY, TIME, WHY, Limits, Pieces
 from dineros.metamodel.errors import BudgetError, printable
 
 LOOK_SECONDS = 0.02
-"""Between two looks at the memory."""
+"""Seconds between two checks of the memory."""
 SHOWN_SECONDS, SAID_SECONDS = 0.5, 10.0
-"""Between two looks at how far it is: on a terminal, and off it with `-v`."""
+"""Seconds between two progress reports: on a terminal, and otherwise with `-v`."""
 SAY_SECONDS = "DINEROS_SAY_SECONDS"
-"""Environment variable that says after how many seconds else it is said off a terminal, for who shows it."""
+"""Environment variable: progress interval in seconds when standard error is not a terminal."""
 ASKED, ENDED = (1.01, 0.05), (1.04, 0.1)
 """When a search is asked to end that continues, and when it is ended: times what it may take, plus seconds.
 
@@ -44,9 +44,9 @@ A search is promised to end within ten per cent more than its time, and half a s
 then is for printing what was answered.
 """
 PATIENCE = 1.0
-"""Seconds that an interrupted search has to end by itself."""
+"""Seconds that an interrupted search has to end."""
 MARGIN = 0.02
-"""Part of the memory that is left for what is taken between two looks."""
+"""Share of the memory that is reserved for allocations between two checks."""
 
 
 _UNITS = {"k": 1 << 10, "m": 1 << 20, "g": 1 << 30}
@@ -77,7 +77,7 @@ class Memory(click.ParamType[int]):
 
 
 class SearchCommand(ExampleCommand):
-    """A command that searches: it has `--timeout` and `--memory`, and keeps within them."""
+    """A command that searches: it has `--timeout` and `--memory`, and obeys them."""
 
     def own_options(self) -> list[click.Option]:
         """Return `--timeout`, in seconds, `--memory`, in bytes, and the standard ones."""
@@ -96,7 +96,7 @@ class SearchCommand(ExampleCommand):
         return [timeout, memory, *super().own_options()]
 
     def invoke(self, ctx: click.Context) -> int:
-        """Run it, apart where the process is its own; where it ends early, print what is answered."""
+        """Run it, in a child process if this one is its own; if it ends early, print the answers found."""
         is_alone = invocation().is_alone
         began = time.monotonic() - (running_seconds() if is_alone else 0.0)
         limits = Limits(began, ctx.params.pop("timeout"), ctx.params.pop("memory"))
@@ -116,12 +116,12 @@ class SearchCommand(ExampleCommand):
 
 
 def search_command(*examples: str) -> Callable[[Callable[..., Any]], ExampleCommand]:
-    """Make a function the subcommand of its name that searches; see `dineros.cli.options.command`."""
+    """Register a function as the searching subcommand of its name; see `dineros.cli.options.command`."""
     return command(*examples, cls=SearchCommand)
 
 
 def _here(limits: Limits, work: Callable[[Search], int]) -> int:
-    """Search in this process, which is somebody else's: stages keep the time as far as they look at it."""
+    """Runs the search in this process (when embedded); the time limit is checked between stages only."""
     search = Search(limits)
     try:
         with watched_memory(memory_of_process(limits.memory)):
@@ -133,7 +133,7 @@ def _here(limits: Limits, work: Callable[[Search], int]) -> int:
 
 
 class Watch:
-    """What watches over a search.
+    """Watches a search.
 
     Parameters
     ----------
@@ -161,7 +161,7 @@ class Watch:
         self._has_line = False
 
     def run(self, work: Callable[[Search], int]) -> int:
-        """Run a search apart, and print what it prints; return the exit status."""
+        """Run a search in a child process, and print its output; return the exit status."""
         debug = invocation().debug
 
         def apart(tell: Tell) -> int:
@@ -201,7 +201,7 @@ class Watch:
         return UNKNOWN if self.cause == INTERRUPTED else status
 
     def _print_draft(self, cause: str) -> int:
-        """Print what is answered, for a search that has ended without its answer."""
+        """Print the answers found, for a search that has ended without its answer."""
         ending = self.at.ending(cause, self.limits)
         if self._draft is None:
             error = MemoryBudgetError(self.memory)
@@ -229,7 +229,7 @@ class Watch:
     # what was promised
 
     def _look(self, process: Apart) -> None:
-        """End the search, or ask it to end, where it would break what was promised."""
+        """Stop the search, or request its end, if it would exceed its limits."""
         now = self.limits.spent
         if now - self._looked >= LOOK_SECONDS:
             self._looked = now
@@ -269,7 +269,7 @@ class Watch:
     # what is seen of it
 
     def show(self) -> None:
-        """Show where the search is, again and again in one line on terminals, else in a line now and then."""
+        """Show the stage of the search: on terminals repeatedly in one line, else in occasional lines."""
         now = self.limits.spent
         if not self._is_shown or now - self._shown < (SHOWN_SECONDS if self._is_terminal else self._pause):
             return

@@ -1,4 +1,4 @@
-"""The subcommands: module ``check`` holds the command ``check``, made by `dineros.cli.options.command`.
+"""The subcommands: module ``check`` has the command ``check``, defined by `dineros.cli.options.command`.
 
 A module imports only click and `dineros.cli` at its top, and everything else where it is used:
 ``dineros --help`` reads all modules.

@@ -1,4 +1,4 @@
-"""``dineros warm-up``: compiles the engines before the first question does."""
+"""``dineros warm-up``: compiles the engines before the first question."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""What commands show: reports, traces, results of runs; as text, as JSON and as pages."""
+"""Output of commands: reports, traces, results of runs; as text, JSON and pages."""

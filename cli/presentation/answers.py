@@ -1,4 +1,4 @@
-"""The answers to one question about a net, and the run that shows them, as text."""
+"""Prints the answer to a question about a net, with its witness."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from dineros.cli.console import note, say, summarise, warn
 from dineros.metamodel.errors import counted
 
 MOST_NAMES = 5
-"""Transitions named in one line."""
+"""Limit of the transitions named in one line."""
 _HOLDS = "this answer also holds with times"
 _NEED_NOT_HOLD = "with times this answer may not hold: the run may be impossible"
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def say_way(answer: Outcome, goal: str, witness: Witness | None, model: Path, output: Path | None) -> None:
-    """Print whether a goal is reached, and the way to it unless that was written to a file."""
+    """Print whether a goal is reached, and its firing sequence unless that was written to a file."""
     seen = f"; {counted(answer.states, 'state')}" if answer.states is not None else ""
     say(f"{answer.status}: {goal}{_reason(answer)}{seen}")
     _note_who(answer)
@@ -59,7 +59,7 @@ def say_verdict(
 
 
 def say_unfairness(unfair: Unfairness, names: Sequence[str]) -> None:
-    """Print to what a run that repeats is unfair, by the names that --fair takes."""
+    """Print the transitions to which a repeating run is unfair, by the names of --fair."""
     for transitions, meaning, option in (
         (unfair.weakly, "enabled forever", "--fair"),
         (unfair.strongly, "enabled again and again", "--strongly-fair"),
@@ -71,14 +71,14 @@ def say_unfairness(unfair: Unfairness, names: Sequence[str]) -> None:
 
 
 def say_needed_fairness(needed: NeededFairness) -> None:
-    """Print with which options a formula holds that only unfair runs violate."""
+    """Print the options with which a formula holds that only unfair runs violate."""
     options = [f"--fair {quote(name)}" for name in needed.weak]
     options += [f"--strongly-fair {quote(name)}" for name in needed.strong]
     say(f"  only unfair runs violate it: it holds with {' '.join(options)}")
 
 
 def _note_who(answer: Outcome) -> None:
-    """Say with `-v` who has answered, and why that is enough."""
+    """Print with `-v` which engine has answered, and its evidence."""
     if answer.by and answer.status != "unknown":
         note(f"answered by: {answer.by}{f'; {answer.evidence}' if answer.evidence else ''}")
 
@@ -88,18 +88,18 @@ def _reason(answer: Outcome) -> str:
 
 
 def say_times(times: LeftOutTimes | None, text: str) -> None:
-    """Print that times are left out, and what that means; nothing for a net without."""
+    """Print that times are ignored, and the consequences; nothing for a net without times."""
     if times is not None:
         say(f"note: {times}; {text}")
 
 
 def answer_and_times(times: LeftOutTimes, is_universal: bool) -> str:
-    """Return whether an answer holds with times, in words."""
+    """Return in words whether an answer holds with times."""
     return _HOLDS if times.survives(is_universal) else _NEED_NOT_HOLD
 
 
 def times_fields(times: LeftOutTimes | None, is_universal: bool | None) -> dict[str, object]:
-    """Return for JSON that times are left out, and whether the answer holds with them; nothing for others."""
+    """Return for JSON that times are ignored, and whether the answer holds with them."""
     if times is None:
         return {}
     holds = None if is_universal is None else times.survives(is_universal)

@@ -1,4 +1,4 @@
-"""Evidence on the command line: how it is found and written, and what is said of it."""
+"""Evidence on the command line: finds, writes and prints it."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ if TYPE_CHECKING:
     from dineros.metamodel import pn
 
 SHARE = 0.3
-"""Part of the time in which a certificate is looked for before any engine is asked."""
+"""Share of the time for the search of a certificate before the engines run."""
 
 SECONDS = 30.0
-"""The same where no time is given."""
+"""The same in seconds if no time is given."""
 
 
 def refuse_certificates(output: Path, *, also_folder: bool = False) -> None:
-    """Find out before long work that certificates cannot be written; raises `ModelFileError`."""
+    """Check before long work that certificates can be written; raises `ModelFileError`."""
     from dineros.cli.outputs import refuse_output
     from dineros.metamodel.errors import Location, ModelFileError
 
@@ -49,9 +49,9 @@ def certified(asked: Asked, answer: Outcome, output: Path, budget: Budget) -> tu
     Returns
     -------
     answer : Outcome or None
-        The answer with what it rests on; None without a certificate.
+        The answer with its evidence; None without a certificate.
     reason : str
-        Why there is none, if that is not what the answer rests on.
+        Why there is none, unless the kind of evidence is the reason.
     """
     from dataclasses import replace
 
@@ -86,14 +86,14 @@ def check_certificates(
     budget: Budget,
     with_times: TimedChecked | None = None,
 ) -> int:
-    """Write certificates of what a check has proved: one of all into a file, or one each into a folder.
+    """Write certificates of the proofs of a check: one for all into a file, or one each into a folder.
 
     Those of a check with times are about all its state classes.
 
     Returns
     -------
     int
-        How many answers have one.
+        The number of answers with a certificate.
     """
     from dineros.analysis.evidence.certificate import write_certificate
     from dineros.analysis.evidence.claims import certificates_of
@@ -114,7 +114,7 @@ def check_certificates(
 
 
 def share_of(budget: Budget) -> Budget:
-    """Return the part of a budget in which a certificate is looked for."""
+    """Return the part of a budget for the search of a certificate."""
     from dineros.analysis.answers.budget import Budget
 
     seconds = SECONDS if budget.left is None else SHARE * budget.left
@@ -122,7 +122,7 @@ def share_of(budget: Budget) -> Budget:
 
 
 def say_certificate(output: Path, answer: Outcome, is_written: bool, why_not: str, as_json: bool) -> None:
-    """Say that a certificate was written, or why there is none."""
+    """Print that a certificate was written, or why there is none."""
     if is_written and not as_json:
         summarise(f"certificate: {output}")
     elif not is_written:
@@ -135,7 +135,7 @@ def say_certificate(output: Path, answer: Outcome, is_written: bool, why_not: st
 
 
 def facts_text(certificate: Mapping[str, Any]) -> str:
-    """Return what a certificate holds, in words."""
+    """Return the content of a certificate in words."""
     if "schedule" in certificate:
         classes, firings = len(certificate["classes"]), len(certificate["schedule"])
         held = f"{classes:,} state class{'es' * (classes != 1)}"
@@ -150,7 +150,7 @@ def facts_text(certificate: Mapping[str, Any]) -> str:
 def confirmed(
     question: Question, answer: Outcome, budget: Budget, timed: TimedNet | None = None
 ) -> tuple[Outcome, Confirmation | None]:
-    """Have others decide an answer about all markings, with times if given; unknown if they disagree."""
+    """Confirm an answer about all markings by other engines, with times if given; unknown on dispute."""
     from dataclasses import replace
 
     from dineros.analysis.evidence.confirmation import confirm_answer, rests_on_markings
@@ -169,7 +169,7 @@ def confirmed(
 
 
 def add_confirmation(report: Report, confirmation: Confirmation) -> None:
-    """Put into the report of a check what others say who counted again."""
+    """Add the confirmation of other engines to the report of a check."""
     from dineros.analysis.answers.outcome import Outcome
 
     if confirmation.agrees:
@@ -181,7 +181,7 @@ def add_confirmation(report: Report, confirmation: Confirmation) -> None:
 
 
 def confirm_with_times(checked: TimedChecked, budget: Budget) -> dict[str, Confirmation]:
-    """Have what a check with times says decided again, and put into its report by whom."""
+    """Confirm the answers of a check with times, and add the engines to its report."""
     from dineros.analysis.evidence.timed_check_confirmation import add_confirmations, confirm_timed_check
 
     told = confirm_timed_check(checked, budget)
@@ -190,7 +190,7 @@ def confirm_with_times(checked: TimedChecked, budget: Budget) -> dict[str, Confi
 
 
 def _say_of(what: str, confirmation: Confirmation, as_json: bool, more: str = "") -> None:
-    """Print what other engines say of an answer; only problems, on standard error, if JSON is printed."""
+    """Print the confirmation of an answer; with JSON, only problems, on standard error."""
     if confirmation.agrees is False:
         warn(f"ERROR: {what}{confirmation} (one of them is wrong: please report it, with the model)")
     elif confirmation.agrees is None:
@@ -200,7 +200,7 @@ def _say_of(what: str, confirmation: Confirmation, as_json: bool, more: str = ""
 
 
 def say_confirmed_questions(told: Mapping[str, Confirmation], as_json: bool = False) -> None:
-    """Say of each question of a check who confirmed its answer."""
+    """Print for each question of a check which engine confirmed its answer."""
     for what, confirmation in told.items():
         _say_of(f"{what}: ", confirmation, as_json)
     if not told:
@@ -208,7 +208,7 @@ def say_confirmed_questions(told: Mapping[str, Confirmation], as_json: bool = Fa
 
 
 def say_confirmation(confirmation: Confirmation | None, as_json: bool = False) -> None:
-    """Say who confirmed an answer, on standard error where nobody did or JSON is printed."""
+    """Print which engine confirmed an answer; on standard error if none did or JSON is printed."""
     if confirmation is None:
         note("nothing to confirm: the answer does not depend on all markings")
     else:
@@ -216,7 +216,7 @@ def say_confirmation(confirmation: Confirmation | None, as_json: bool = False) -
 
 
 def say_confirmations(confirmations: Mapping[str, Confirmation], as_json: bool = False) -> None:
-    """Say who confirmed the answers of a property file; those that are not, by their ids."""
+    """Print which engine confirmed the answers of a property file, and the ids of unconfirmed ones."""
     said: dict[Confirmation, list[str]] = {}
     for id, confirmation in confirmations.items():
         said.setdefault(confirmation, []).append(id)

@@ -1,4 +1,4 @@
-"""Which rule made an element of a flattened net from what, and what was made from an element of the model."""
+"""Prints which rule made an element of a flattened net, and what was made from an element of the model."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def say_explanation(explanation: Explanation, id: str) -> None:
-    """Print where an element comes from, and what was made from it."""
+    """Print the sources of an element, and the elements made from it."""
     from dineros.transformations.pictures.explaining import origin_text, told
     from dineros.transformations.rules.catalogue import name_of
 

@@ -1,4 +1,4 @@
-"""What a check found: as text, as JSON, for CI; and witnesses as files."""
+"""Prints the findings of a check: as text, as JSON, for CI; writes witnesses to files."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from dineros.cli.presentation.answers import say_times, times_fields
 from dineros.metamodel.errors import counted
 
 _ALWAYS_SHOWN = ("suppression-expired", "suppression-unused")
-"""Rules of notes that are printed without `-v`: what a team has to act on."""
+"""Rules of notes that are printed without `-v`, because they require an action."""
 _ENDS = ("topic-unheard", "topic-unfilled", "service-unserved", "names-near")
-"""Rules of names that have one end; of code, drivers and tools are elsewhere."""
+"""Rules for names with one end; for code, drivers and tools may be elsewhere."""
 
 if TYPE_CHECKING:
     from dineros.analysis.model.times import LeftOutTimes
@@ -37,10 +37,10 @@ def print_report(
     faults: Mapping[str, Fault] | None = None,
     command: str = "check",
 ) -> None:
-    """Print what was found: as ``text``, ``json``, ``sarif`` or ``junit``.
+    """Print findings: as ``text``, ``json``, ``sarif`` or ``junit``.
 
-    `faults` are the kinds of what can be found, by name, where they are not those of a check; `command` is
-    what found it.
+    `faults` are the kinds of findings by name, if they are not those of a check; `command` is the command
+    that found them.
     """
     from dineros.analysis.model.times import left_out_times
     from dineros.analysis.witnesses.code_lines import CodeLines
@@ -67,14 +67,14 @@ def print_report(
 
 
 class Coming:
-    """Tells of answers on standard error as they come; the report follows on standard output.
+    """Prints answers on standard error as they come; the report follows on standard output.
 
     Parameters
     ----------
     report : Report
-        Where the answers are put.
+        The report that gets the answers.
     accepted : callable
-        Returns a report with what is accepted set apart.
+        Returns a report in which accepted findings are separate.
     """
 
     def __init__(self, report: Report, accepted: Callable[[Report], Report]) -> None:
@@ -82,7 +82,7 @@ class Coming:
         self._told: set[str] = set()
 
     def __call__(self) -> None:
-        """Print what is new: on a terminal, or with `-v`; a file keeps the report only."""
+        """Print new answers: on a terminal, or with `-v`; a file gets only the report."""
         if not (sys.stderr.isatty() or invocation().verbosity > 0):
             return
         report = self._accepted(self._report)
@@ -179,7 +179,7 @@ def _at(code: Sequence[Location], before: str, after: str = "") -> str:
 
 
 def _accepted(report: Report) -> str:
-    """Return how many findings do not count because they were accepted."""
+    """Return the number of accepted findings, which do not count."""
     text = f", {len(report.suppressed)} suppressed" if report.suppressed else ""
     if report.has_baseline:
         text += f", {sum(finding.severity != 'note' for finding in report.known)} known"

@@ -1,4 +1,4 @@
-"""What an import made, found and assumed: as text, as JSON."""
+"""Prints the result, findings and assumptions of an import: as text, as JSON."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ImportReport:
-    """What is said of an import.
+    """The report of an import.
 
     Attributes
     ----------
     system : ObservedSystem
-        What was seen.
+        The observed system.
     imported : Imported
-        What was made of it.
+        The imported model.
     findings : sequence of Finding
-        What ports alone show to be wrong.
+        Faults that are visible from ports.
     output, given : Path
         The model, and the file of what is given.
     is_given_written : bool
@@ -43,7 +43,7 @@ class ImportReport:
 
 
 def print_import(report: ImportReport, as_json: bool) -> None:
-    """Print what an import made."""
+    """Print the result of an import."""
     if as_json:
         say_json(_as_json(report))
         return
@@ -79,7 +79,7 @@ def _counts(report: ImportReport) -> str:
 
 
 def _kinds(report: ImportReport) -> str:
-    """Return how much of which kind is assumed."""
+    """Return the number of assumptions of each kind."""
     kinds: dict[str, int] = {}
     for assumed in report.imported.assumed:
         kinds[assumed.kind] = kinds.get(assumed.kind, 0) + 1

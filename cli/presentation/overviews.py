@@ -1,4 +1,4 @@
-"""How `dineros top` shows a running application: a table of its nodes, and what waits for what."""
+"""Prints a running application for `dineros top`: a table of its nodes, and waits."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ if TYPE_CHECKING:
     from dineros.runtime.ros.process.environment import Reach
 
 PERIOD = 0.5
-"""Seconds between two pictures."""
+"""Seconds between two updates."""
 
 NOBODY = 1
-"""Exit status where no node was heard."""
+"""Exit status if no node was found."""
 
 STYLES = {0: "green", 1: "yellow", 2: "bold red"}
 SILENT = 5.0
-"""Seconds after which a node that says nothing counts as silent."""
+"""Seconds without a report after which a node counts as silent."""
 
 HEADINGS = (
     "node",
@@ -41,7 +41,7 @@ HEADINGS = (
     "tokens",
 )
 ROOMY, WIDE = 100, 130
-"""Columns of a terminal that has room for the slowest callback, and for the tokens as well."""
+"""Least columns of a terminal for the slowest callback, and also for the tokens."""
 
 SHOWN_WAITS = 20
 WORDS = {
@@ -54,7 +54,7 @@ WORDS = {
 
 
 def table_of(overview: Overview, width: int) -> Group:
-    """Return what is known now, for a terminal of so many columns; a narrow one shows fewer things."""
+    """Return the current state for a terminal of so many columns; a narrow one shows fewer columns."""
     from rich.console import Group
     from rich.table import Table
     from rich.text import Text
@@ -101,7 +101,7 @@ def _slowest(view: NodeView) -> tuple[str, str]:
 
 
 def notes_of(nodes: list[NodeView]) -> list[tuple[str, str]]:
-    """Return what is to be said below the table, each line with its style: concerns, and what waits."""
+    """Return the lines below the table, each with its style: concerns and waits."""
     lines = [
         (f"{view.name}: {text}", STYLES[min(2, max(1, view.level))])
         for view in nodes
@@ -125,7 +125,7 @@ def _words(wait: Waiting) -> str:
 
 
 def json_of(overview: Overview) -> dict[str, Any]:
-    """Return what is known now, as values of JSON."""
+    """Return the current state as JSON values."""
     nodes = overview.nodes()
     waits = waits_of(nodes)
     return {
@@ -147,12 +147,12 @@ def json_of(overview: Overview) -> dict[str, Any]:
 
 @contextmanager
 def listening(domain: int, reach: Reach) -> Iterator[Overview]:
-    """Hear the nodes of a domain as long as the block lasts.
+    """Listen to the nodes of a domain during the block.
 
     Raises
     ------
     RosError
-        ROS is not there.
+        ROS is not installed.
     """
     from dineros.runtime.ros.overview import DiagnosticsListener
     from dineros.runtime.ros.process.environment import ros_environment
@@ -165,7 +165,7 @@ def listening(domain: int, reach: Reach) -> Iterator[Overview]:
 
 
 def show_once(domain: int, reach: Reach, seconds: float, as_json: bool) -> int:
-    """Listen for some seconds, and print what was heard; return the exit status."""
+    """Listen for some seconds, and print the result; return the exit status."""
     from rich.console import Console
 
     with listening(domain, reach) as overview:
@@ -181,7 +181,7 @@ def show_once(domain: int, reach: Reach, seconds: float, as_json: bool) -> int:
 
 
 def show_live(domain: int, reach: Reach) -> int:
-    """Show what is heard until Ctrl-C."""
+    """Show the current state until Ctrl-C."""
     from rich.console import Console
     from rich.live import Live
 

@@ -1,4 +1,4 @@
-"""Pictures of models: what they show, into a file, for paper, or opened in the browser."""
+"""Draws pictures of models: into a file, for paper, or opened in the browser."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def picture_of(
     *,
     on_page: bool,
 ) -> ViewModel:
-    """Return the picture of a model, as the options of ``dineros view`` say."""
+    """Return the picture of a model, by the options of ``dineros view``."""
     from dineros.views import nets
 
     shown = nets.view_of(load(model, settings))
@@ -53,7 +53,7 @@ def picture_of(
 def draw_for_paper(
     shown: ViewModel, model: Path, output: Path, width: float, ratio: float | None, theme: Theme
 ) -> None:
-    """Draw for paper, and say what was too large for it."""
+    """Draw for paper, and report parts that are too large for it."""
     from dineros.views.nets import Paper, save_for_paper
 
     written, too_large = save_for_paper(shown, output, Paper(width, ratio), theme=theme)
@@ -67,7 +67,7 @@ def draw_for_paper(
 
 
 def draw(shown: ViewModel, model: Path, output: Path | None, theme: Theme) -> None:
-    """Draw into a file; without one, into one that is opened in the browser and stays there for it."""
+    """Draw into a file; without one, into a temporary file that is opened in the browser and kept for it."""
     from dineros.views.nets import save_picture
 
     page = output or _page_for_browser(model)
@@ -87,7 +87,7 @@ def draw(shown: ViewModel, model: Path, output: Path | None, theme: Theme) -> No
 
 
 def _page_for_browser(model: Path) -> Path:
-    """Make an empty file."""
+    """Create an empty file."""
     name = model.name.partition(".")[0][:40]
     descriptor, path = tempfile.mkstemp(prefix=f"dineros-{name}-", suffix=".html")
     os.close(descriptor)

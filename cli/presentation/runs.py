@@ -1,4 +1,4 @@
-"""What came of a run, as text and as JSON."""
+"""Prints the result of a run, as text and as JSON."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _ENDINGS: dict[str, str] = {
 
 
 def say_run(outcome: Outcome, as_json: bool) -> None:
-    """Print how a run ended, the marking, and what was counted."""
+    """Print how a run ended, the marking, and counts."""
     observer, verdict, trace = outcome.observer, outcome.verdict, outcome.options.trace
     marking = {place: tokens for place, tokens in sorted(observer.marking.items()) if tokens}
     counts = {"firings": observer.firings, "drops": observer.drops, "errors": observer.errors}

@@ -1,4 +1,4 @@
-"""Questions put on the workers of a Dask scheduler, and how their answers come back."""
+"""Decides questions on the workers of a Dask scheduler, and collects their answers."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ def answer_on_workers(
     memory: int | None,
     timeout: float | None,
 ) -> Outcome:
-    """Ask all engines, and diagrams from several starts, at the same time; return the first answer.
+    """Run all engines, and diagrams from several starts, at the same time; return the first answer.
 
-    Of a conjunction each formula is asked, and what violates one of them ends the others.
+    Each formula of a conjunction is decided separately, and a violation of one of them ends the others.
 
     Raises
     ------
@@ -77,7 +77,7 @@ def properties_on_workers(
     names: GroupedNames,
     answered: Callable[[PropertyAnswer], None],
 ) -> None:
-    """Divide properties among workers, and tell their answers as they come; raises as the other."""
+    """Distribute properties to workers, and print their answers as they come; raises as the other."""
     from contextlib import closing
 
     from dineros.analysis.sweeps.cluster import cluster_answers
@@ -101,12 +101,12 @@ def check_on_workers(
     memory: int | None,
     is_confirmed: bool = False,
 ) -> Confirmation | None:
-    """Put a check on workers, and their answers into a report as they come; raises as the others.
+    """Run a check on workers, and add their answers to a report as they come; raises as the others.
 
     Returns
     -------
     Confirmation or None
-        What a worker says that counted again, where that is wanted.
+        The confirmation of a worker, if requested.
     """
     from contextlib import closing
 

@@ -1,4 +1,4 @@
-"""A state space: its figures, the run that makes places grow, and the rest, as text and as JSON."""
+"""Prints a state space: its figures, the run by which places grow, and the rest, as text and as JSON."""
 
 from __future__ import annotations
 
@@ -40,9 +40,9 @@ def say_state_space(
     Parameters
     ----------
     space, subject
-        The state space, and the net whose it is.
+        The state space, and its net.
     asked : mapping
-        What was asked, for JSON: the model, its variant, and whether it was ``reduced``.
+        The question, for JSON: the model, its variant, and whether it was ``reduced``.
     confirmed : sequence
         What others say who counted again; empty where nobody was to.
     as_json : bool

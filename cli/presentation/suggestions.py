@@ -1,4 +1,4 @@
-"""What to change: capacities of queues, callback groups and threads, start orders; as text and as JSON."""
+"""Prints suggested changes: capacities, callback groups and threads, start orders; as text and as JSON."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 def say_capacities(
     found: Sequence[Capacity], model: Path, as_json: bool, witnesses: bool, ending: str = ""
 ) -> None:
-    """Print what capacity each queue has, and what it needs; and why there are no more of them, if so."""
+    """Print the capacity of each queue, and the needed one; and why the list is incomplete, if it is."""
     if as_json:
         rows = [
             {
@@ -59,7 +59,7 @@ def say_capacities(
 def say_callback_groups(
     found: Suggestion, net: pn.Net, model: Path, as_json: bool, witnesses: bool, ending: str = ""
 ) -> None:
-    """Print which callback groups and threads to change, what that mends, and what is proved of it."""
+    """Print changes of callback groups and threads, the faults that they fix, and the proofs."""
     reason = ending or found.reason
     if as_json:
         changes = _changes(found.changes)
@@ -90,7 +90,7 @@ def say_callback_groups(
 def say_start_order(
     found: StartOrder, net: pn.Net, model: Path, as_json: bool, witnesses: bool, ending: str = ""
 ) -> None:
-    """Print in which order to bring nodes up, and what is proved of it."""
+    """Print a start order of nodes, and its proof."""
     reason, steps = ending or found.reason, list(zip(found.order, found.settings, strict=True))
     if as_json:
         order = [{"transition": what, "node": node, "setting": setting} for (what, node), setting in steps]
@@ -119,7 +119,7 @@ def _say_json(net: pn.Net, model: Path, report: dict[str, Any], checked: int, re
 
 
 def _say_faults(faults: Sequence[Finding], witnesses: bool) -> None:
-    """Print what is to be mended."""
+    """Print the faults to fix."""
     for fault in faults:
         say(f"to mend: {fault.message}", "bold red")
         if witnesses and fault.witness:

@@ -1,4 +1,4 @@
-"""What came of a sweep: its figures, and as text and as JSON."""
+"""Prints the result of a sweep: figures, text and JSON."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _FIGURES = (".svg", ".png", ".pdf")
 
 
 def table_and_figures(output: Path) -> tuple[Path, Path | None]:
-    """Return which table is written, and which figures, for the file that was asked for.
+    """Return the table and the figures to write for the requested file.
 
     Raises
     ------
@@ -49,7 +49,7 @@ def write_figures(figures: Path, outcome: Outcome, net: pn.Net) -> None:
 def say_sweep(
     outcome: Outcome, net: pn.Net, model: Path, output: Path, figures: Path | None, as_json: bool
 ) -> None:
-    """Print what was counted, and the files that were written."""
+    """Print the counts, and the written files."""
     from dineros.analysis.model.times import left_out_times
 
     times = left_out_times(net)
@@ -75,7 +75,7 @@ def say_sweep(
 
 
 def say_begun_sweep(progress: Progress, model: Path, journal: Path, ending: str, as_json: bool) -> None:
-    """Print what is counted of a sweep that has ended early, why it has, and how it continues."""
+    """Print the progress of a sweep that has ended early, the reason, and how to continue."""
     if as_json:
         say_json(
             {

@@ -1,4 +1,4 @@
-"""What commands that draw traces share: the model of a trace, and what it says of the trace's places."""
+"""Common parts of commands that draw traces: the model of a trace, and the queues of its places."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ if TYPE_CHECKING:
 def model_of(
     header: Header, paths: Sequence[Path], given: Path | None, settings: Sequence[str]
 ) -> pn.Net | None:
-    """Read the model of a trace, changed as it was for the trace; None, with a warning, where it is gone.
+    """Read the model of a trace with the changes of the trace; None, with a warning, if it is missing.
 
     Parameters
     ----------
     header : Header
         It names the file.
     paths : sequence of Path
-        Files of the trace: the model may stand beside them.
+        Files of the trace: the model may be next to them.
     given : Path or None
         The model that the user names instead.
     settings : sequence of str
@@ -48,7 +48,7 @@ def model_of(
 
 
 def loads_of(model: pn.Net | None, header: Header) -> dict[str, Queue]:
-    """Return the queue of each load place of a witness's net, found by how the rules made it."""
+    """Return the queue of each load place of a witness's net, by trace links."""
     from dineros.metamodel import sym
     from dineros.transformations.flattening.flatten import flatten
 

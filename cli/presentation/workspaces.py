@@ -1,4 +1,4 @@
-"""What is written for node nets: how a workspace differs from what is generated, and run-time models."""
+"""Prints files written for node nets: changes of a workspace, and run-time models."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def say_comparison(workspace: Path, comparison: Comparison, check: bool) -> None:
-    """Print what was written, or what would be, and what developers should know."""
+    """Print written files, or those to be written, and notices for developers."""
     new = [change for change in comparison.changes if change.what == "new"]
     plain = ("new", "changed")
     others = [change for change in comparison.changes if change.what not in plain]
@@ -47,7 +47,7 @@ def say_comparison(workspace: Path, comparison: Comparison, check: bool) -> None
 
 
 def say_parts(model: Path, written: Mapping[Path, rtm.RuntimeModel], as_json: bool) -> None:
-    """Print which files were written, and what is in them."""
+    """Print the written files and their content."""
     rows = [_counts(path, part) for path, part in written.items()]
     if as_json:
         say_json({"model": str(model), "nodes": rows})

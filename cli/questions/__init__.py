@@ -1,1 +1,1 @@
-"""Questions that commands ask about models, from the options to what is told of the answer."""
+"""Questions of commands about models, from the options to the printed answer."""

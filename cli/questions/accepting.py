@@ -32,14 +32,14 @@ baseline_options: Adds = together(
 
 
 class Acceptance:
-    """What is accepted of a model: by its suppressions, and by baselines.
+    """The accepted findings of a model: by its suppressions, and by baselines.
 
     Parameters
     ----------
     net : pn.Net
         A valid model.
     baseline : Path or None
-        What is known.
+        The known findings.
     written : Path or None
         The baseline to write.
 
@@ -60,7 +60,7 @@ class Acceptance:
         self._written = written
 
     def apply(self, report: Report) -> Report:
-        """Return a report with what is accepted set apart, and the worst findings first."""
+        """Return a report in which accepted findings are separate, with the worst findings first."""
         from dineros.analysis.timed_checks.faults import TIMED_FAULTS
         from dineros.analysis.witnesses.findings import worst_first
 
@@ -69,7 +69,7 @@ class Acceptance:
         return report.with_accepted(worst_first(report.findings), report.suppressed, report.known)
 
     def write(self, report: Report) -> Report:
-        """Write the baseline, if one is wanted; return the report as compared with it."""
+        """Write the baseline, if requested; return the report compared with it."""
         from dineros.analysis.acceptance.baseline import Baseline, to_baseline
         from dineros.metamodel.files.atomic import write_atomically
 

@@ -1,4 +1,4 @@
-"""Asking one question: proved with a certificate, of an engine or of workers, confirmed, and told."""
+"""Decides one question by a certificate, an engine or workers; confirms and prints the answer."""
 
 from __future__ import annotations
 
@@ -38,12 +38,12 @@ if TYPE_CHECKING:
 
 @dataclass
 class Asking:
-    """What `question_options` say of one question: who answers it, what backs the answer, how it is told.
+    """The values of `question_options`: who answers a question, its evidence, and the output.
 
     Attributes
     ----------
     model, settings, signals, overflow
-        The model's file, how it is changed, and flattened.
+        The model's file, its changes, and the flattening.
     engine, scheduler
         Who answers: an engine, or the workers of a scheduler.
     certificate, confirm
@@ -82,14 +82,14 @@ class Asking:
     assumes: list[str] = field(default_factory=list)
 
     def refuse_tina_on_workers(self) -> None:
-        """Find out that the options exclude each other; raises `UsageError`."""
+        """Reject options that exclude each other; raises `UsageError`."""
         if self.scheduler is not None and self.engine == "tina":
             raise click.UsageError("workers of a scheduler cannot run TINA")
         if self.timed and any((self.engine != "auto", self.scheduler)):
             raise click.UsageError("--time cannot be combined with --engine or --scheduler")
 
     def subject(self) -> Subject:
-        """Read the model, refuse an invalid one, and flatten and compile it."""
+        """Read the model, reject an invalid one, and flatten and compile it."""
         if self.timed:
             return load_timed_subject(self.model, self.settings, self.signals, self.overflow)
         subject = load_subject(self.model, self.settings, self.signals, self.overflow)
@@ -97,7 +97,7 @@ class Asking:
         return subject
 
     def leave_out_times(self, model: pn.Net) -> None:
-        """Remember the firing intervals of a model, so that its answers name them."""
+        """Store the firing intervals of a model, so that its answers name them."""
         from dineros.analysis.model.times import left_out_times
 
         self.times = left_out_times(model)
@@ -113,7 +113,7 @@ class Asking:
         ask: Callable[[Budget], Outcome] | None = None,
         **more: Any,
     ) -> Outcome:
-        """Answer a question, backed as is wanted.
+        """Answer a question, with the requested evidence.
 
         Parameters
         ----------
@@ -122,7 +122,7 @@ class Asking:
         kind, text, question
             The same question, as certificates and as engines know it.
         signals : str
-            How signals change in the net, where that is not as the options say.
+            How signals change in the net, if not as the options say.
         ask : callable, optional
             What answers instead of an engine.
         **more
@@ -168,7 +168,7 @@ class Asking:
         return replace(answer, reason=run.reason(answer.reason))
 
     def look_at_assumptions(self, subject: Subject, answer: Outcome) -> None:
-        """Remember what an answer assumes of goals at once, and of clients that share a service."""
+        """Store the assumptions of an answer on simultaneous goals, and on clients that share a service."""
         from dineros.analysis.model.shared_responses import shared_responses
         from dineros.analysis.questions.held_back import held_back
 
@@ -189,7 +189,7 @@ class Asking:
         is_timed: bool = True,
         **last: object,
     ) -> None:
-        """Write the run that shows an answer, print the answer, and what backs it.
+        """Write the witness of an answer, print the answer, and its evidence.
 
         Parameters
         ----------
@@ -233,7 +233,7 @@ class Asking:
             say_confirmation(self.confirmation, self.as_json)
 
     def _backing(self) -> dict[str, object]:
-        """Return for JSON what backs the answer, where that is wanted."""
+        """Return the evidence of the answer for JSON, if requested."""
         fields: dict[str, object] = {}
         if self.certificate is not None:
             fields["certificate"] = str(self.certificate) if self.is_proved else None

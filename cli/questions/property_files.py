@@ -31,10 +31,10 @@ if TYPE_CHECKING:
 
 
 def answer_properties(asking: Asking, wanted: Sequence[str], written: Path | None) -> int:
-    """Answer property files, and global questions by name, each as soon as it is; return the exit status.
+    """Answer property files, and global questions by name, one by one; return the exit status.
 
-    Where a scheduler is named, its workers answer. Certificates go into a folder. Where a file is to be
-    written, all that is asked is written there instead.
+    If a scheduler is given, its workers answer. Certificates go into a folder. If a file is to be written,
+    all questions are written there instead.
     """
     from dineros.analysis.evidence.confirmation import confirm_properties
     from dineros.analysis.evidence.proving import Asked
@@ -125,7 +125,7 @@ def _write_certificates(
     found: Mapping[str, PropertyAnswer],
     folder: Path,
 ) -> int:
-    """Write a certificate of each answer that rests on structure or induction; return how many."""
+    """Write a certificate of each answer by structure or induction; return their number."""
     from dineros.analysis.evidence.certificate import write_certificate
     from dineros.analysis.evidence.claims import file_name, property_certificate
 
@@ -156,7 +156,7 @@ def write_stored(model: Path, settings: Sequence[str], overflow: str, output: Pa
     Raises
     ------
     DinerosError
-        The model stores none that such a file can say.
+        The model stores none that such a file can express.
     """
     from lxml import etree
 
@@ -258,9 +258,9 @@ def _read(subject: Subject, wanted: Sequence[str]) -> tuple[list[Property], Grou
 
 
 def _is_of_all_runs(property: Property, answer: PropertyAnswer, net: CompiledNet) -> bool | None:
-    """Return whether an answer stays if the net has fewer runs; None for one that is not known.
+    """Return whether an answer still holds if the net has fewer runs; None for an unknown one.
 
-    Of a bound, that places hold no more stays.
+    An upper bound still holds.
     """
     from dineros.analysis.model.times import is_of_all_runs
     from dineros.analysis.properties.property import said_of_all
@@ -279,7 +279,7 @@ def _say_times(
     answers: Sequence[PropertyAnswer],
     net: CompiledNet,
 ) -> None:
-    """Print that times are left out, and which answers hold with them."""
+    """Print that times are ignored, and which answers hold with them."""
     if times is None:
         return
     of_all = [_is_of_all_runs(one, answer, net) for one, answer in zip(properties, answers, strict=True)]

@@ -1,4 +1,4 @@
-"""``dineros check --suggest-...``: what to change in a model, searched for and told."""
+"""``dineros check --suggest-...``: searches for changes of a model and prints them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class _Suggestion:
-    """What is searched for: how, what is said of it (and why it ended early), and the exit status."""
+    """A kind of suggestion: the search, its output (with the reason of an early end), and the exit status."""
 
     search: Callable[[Budget], object]
     say: Callable[[str], None]
@@ -30,12 +30,12 @@ class _Suggestion:
 
 
 def suggest(option: str, net: pn.Net, model: Path, as_json: bool, witnesses: bool) -> int:
-    """Search for what an option asks for, print it, and return the exit status.
+    """Search for the suggestion of an option, print it, and return the exit status.
 
     Raises
     ------
     DinerosError
-        The model has nothing of which that can be asked.
+        The model has no elements for this suggestion.
     """
     suggestion, run = _KINDS[option](net, model, as_json, witnesses), search()
 
@@ -107,7 +107,7 @@ def _start_order(net: pn.Net, model: Path, as_json: bool, witnesses: bool) -> _S
 
 
 def _status(found: Suggestion | StartOrder, changes: Sized) -> int:
-    """Return the exit status: nothing is to be changed, something is or nothing helps, or it is not known."""
+    """Return the exit status: no change needed; a change found or none possible; or unknown."""
     if found.is_found and not changes:
         return HOLDS
     return VIOLATED if found.is_found or found.is_proved else UNKNOWN

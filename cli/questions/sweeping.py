@@ -1,4 +1,4 @@
-"""Counting the points of a sweep within what was promised, with what is kept told if it ends early."""
+"""Counts the points of a sweep within the budget, and prints the stored progress if it ends early."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Sweeping:
-    """Who counts the points of a sweep, and how.
+    """The options for counting the points of a sweep.
 
     Attributes
     ----------
     model, settings
-        The model's file, and how it is changed before anything is varied.
+        The model's file, and its changes before features are varied.
     engine : str
         Who counts a point.
     workers : int or None
@@ -98,7 +98,7 @@ class Sweeping:
             raise
 
     def _shares(self, memory: int | None) -> tuple[int | None, int | None]:
-        """Return how many points are counted at a time, and the bytes that each may take."""
+        """Return the number of points counted in parallel, and the bytes that each may use."""
         from dineros.analysis.nets.memory import OWN_MEMORY
         from dineros.analysis.sweeps import share_of_memory
 

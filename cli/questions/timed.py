@@ -1,4 +1,4 @@
-"""Questions about nets with their times: what `--time` does."""
+"""Questions about nets with their times, by `--time`."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def time_option(help: str) -> Adds:
 
 
 def load_timed_subject(path: Path, settings: Sequence[str], signals: str, overflow: str) -> TimedSubject:
-    """Read a model, refuse an invalid one, flatten a system model, and compile it with its times."""
+    """Read a model, reject an invalid one, flatten a system model, and compile it with its times."""
     from dineros.analysis.timed.timed_subject import timed_subject_of
     from dineros.metamodel.errors import DinerosError, Location
 
@@ -45,7 +45,7 @@ def load_timed_subject(path: Path, settings: Sequence[str], signals: str, overfl
 
 
 def quickest_way(subject: Subject, kind: str, goal: str) -> tuple[Outcome, dict[str, object]]:
-    """Find the quickest way to a marking, or to a firing, and what JSON says of its time."""
+    """Find the quickest firing sequence to a marking or a firing, and its time for JSON."""
     from dineros.analysis.timed.durations.quickest import quickest_firing, quickest_marking
     from dineros.analysis.timed.timed_subject import TimedSubject
 
@@ -59,7 +59,7 @@ def quickest_way(subject: Subject, kind: str, goal: str) -> tuple[Outcome, dict[
 
 @dataclass(frozen=True)
 class TimedCount:
-    """What `statespace --time` was asked."""
+    """The options of `statespace --time`."""
 
     model: Path
     settings: tuple[str, ...]
@@ -117,7 +117,7 @@ def count_with_time(asked: TimedCount) -> int:
 def _confirmed(
     space: TimedStateSpace, net: TimedNet, kind: Kind, engine: str, budget: Budget
 ) -> tuple[TimedStateSpace, dict[str, object]]:
-    """Count once more by the other engine; return the figures, and what the output says of that."""
+    """Count again by the other engine; return the figures, and the text of the comparison."""
     from dineros.metamodel.errors import DinerosError
 
     other = "integer" if engine == "classes" else "classes"
@@ -145,7 +145,7 @@ def _counted(net: TimedNet, kind: Kind, engine: str, budget: Budget) -> TimedSta
 
 
 def _differing(space: TimedStateSpace, again: TimedStateSpace) -> list[tuple[str, int, int]]:
-    """Return what both engines count and count differently."""
+    """Return the figures on which the engines disagree."""
     figures = space.to_dict(), again.to_dict()
     pairs = [
         (name, *(each[name] for each in figures)) for name in ("markings", "classes", "edges", "deadlocks")

@@ -38,7 +38,7 @@ def verify_formula(
     Parameters
     ----------
     asking : Asking
-        Who answers, and how that is told.
+        Who answers, and the output.
     logic, formula : str
         ``ltl`` or ``ctl``, and the formula.
     written : Path or None
@@ -104,7 +104,7 @@ def verify_formula(
 
 
 def verify_stored(asking: Asking, name: str, orders: OrderCache | None) -> int:
-    """Decide a property that a model stores; the exit status tells whether that is as expected."""
+    """Decide a property that a model stores; the exit status shows whether the answer is as expected."""
     from dineros.analysis.evidence.certificate import BASE
     from dineros.analysis.questions.engines import Linear
     from dineros.analysis.requirements.latency_bounds import latency_bound
@@ -169,7 +169,7 @@ def verify_stored(asking: Asking, name: str, orders: OrderCache | None) -> int:
 
 
 def _verify_latency(asking: Asking, property: sym.Property, rules: Mapping[str, object]) -> int:
-    """Decide a property that bounds a latency; the exit status tells whether that is as expected."""
+    """Decide a property that bounds a latency; the exit status shows whether the answer is as expected."""
     from dineros.analysis.requirements.asking import question_of
 
     run = search()
@@ -201,7 +201,7 @@ def _verify_latency(asking: Asking, property: sym.Property, rules: Mapping[str, 
 
 
 def _is_of_all_runs(logic: str, formula: str, status: str) -> bool:
-    """Return whether a verdict stays if the net has fewer runs."""
+    """Return whether a verdict still holds if the net has fewer runs."""
     from dineros.analysis.logic.language.parser import parse
     from dineros.analysis.model.times import is_of_all_runs
 
@@ -211,7 +211,7 @@ def _is_of_all_runs(logic: str, formula: str, status: str) -> bool:
 
 
 def _is_shown_by_run(logic: str, formula: str, verdict: Outcome) -> bool:
-    """Return whether a verdict stays if the net has more runs; a run that ends where it is stuck need not."""
+    """Return whether a verdict still holds if the net has more runs; not if a run ends in a deadlock."""
     from dineros.analysis.logic.language.bounded import bounds_times
     from dineros.analysis.logic.language.parser import parse
     from dineros.analysis.logic.language.syntax import Deadlock

@@ -1,1 +1,1 @@
-"""What commands do with recordings of rosbag2."""
+"""Commands that use recordings of rosbag2."""

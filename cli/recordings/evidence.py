@@ -1,4 +1,4 @@
-"""``dineros narrow``: what was seen of a system, in a recording, in tracing files, or in both."""
+"""``dineros narrow``: observations of a system, in a recording, in tracing files, or in both."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Evidence:
-    """What was seen, and what it proposes.
+    """Observations, with their proposals.
 
     Attributes
     ----------
     source : Path
-        Whose messages are explained: the recording, or else the tracing files.
+        The source of the messages to explain: the recording, or else the tracing files.
     tracing : Path or None
         The tracing files.
     proposals : list of Proposal
@@ -65,14 +65,14 @@ def gathered(
     stage: Callable[[str], None],
     open_files: ExitStack,
 ) -> Evidence:
-    """Read what was seen of a system; warn of what tracing files lack.
+    """Read the observations of a system; warn of data missing in tracing files.
 
     Parameters
     ----------
     system : ObservedSystem
         The system.
     given : Given
-        What people say of it.
+        The facts given for it.
     bag, tracing : Path or None
         A recording and tracing files, one of them at least.
     within : float
@@ -129,7 +129,7 @@ def gathered(
 
 
 def _warn(tracing: Path, counts: Traced) -> None:
-    """Warn of what tracing files do not tell, and of what they lack."""
+    """Warn of data that tracing files do not attribute, and of missing data."""
     unknown = counts.uncertain
     if counts.discarded:
         warn(f"{tracing}: the tracer's buffer was full: {counted(counts.discarded, 'event')} are missing")

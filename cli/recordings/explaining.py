@@ -1,4 +1,4 @@
-"""``dineros conform --bag``: whether some run of the model shows the messages of a recording."""
+"""``dineros conform --bag``: checks whether some run of the model shows the messages of a recording."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def explain_bag(
     settings: Sequence[str],
     as_json: bool,
 ) -> int:
-    """Explain a recording, say what is found, and return the exit status."""
+    """Explain a recording, print the result, and return the exit status."""
     from dineros.observation.explaining import RecordingVerdict, explain
     from dineros.observation.recordings import Observed
 
@@ -73,7 +73,7 @@ def explain_bag(
 def _report(
     verdict: RecordingVerdict, untaken: Sequence[Untaken], model: Path, midway: bool, as_json: bool
 ) -> int:
-    """Print what is found; return the exit status, which a response that nobody took makes 1 as well."""
+    """Print the result; return the exit status, which is also 1 if a response was not taken."""
     status = VIOLATED if untaken and verdict.status == "conforms" else _STATUS[verdict.status]
     if as_json:
         say_json({**verdict.to_dict(str(model)), "untaken": [each._asdict() for each in untaken]})
@@ -97,7 +97,7 @@ def _report(
 
 
 def _cannot_tell(untold: Sequence[str]) -> str:
-    """Return what `--midway` leaves open, by the topics over which parts began that depend on each other."""
+    """Return what `--midway` leaves open, by the topics on which the initial states of parts depend."""
     if not untold:
         return "--midway lets the run start in any reachable state; how it is reached is not checked"
     return (

@@ -1,4 +1,4 @@
-"""``dineros narrow --run``: the times that the traces of a run propose for its model."""
+"""``dineros narrow --run``: proposes times for a model from the traces of its run."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def narrow_by_run(
     output: Path | None,
     as_json: bool,
 ) -> int:
-    """Propose times for a model, by the traces of a run of it; write the model with those that are accepted.
+    """Propose times for a model from the traces of its run; write the model with the accepted ones.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""``dineros narrow``: what a recording shows of callbacks, and the model in which it holds."""
+"""``dineros narrow``: proposals of a recording for callbacks, and the narrowed model."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Subject:
-    """An imported model, as what was seen of its system and what is given of it."""
+    """An imported model, as its observed system and the facts given for it."""
 
     model: Path
     system: ObservedSystem
@@ -31,7 +31,7 @@ class Subject:
 
 
 def subject_of(path: Path, model: sym.SystemModel) -> Subject:
-    """Return what a model was imported from, as far as it says so; warn where it was changed since."""
+    """Return the source of an imported model, as far as it is stored; warn if it was changed since."""
     from dataclasses import replace
 
     from dineros.metamodel.elements import is_unseen, node_net_of, nodes
@@ -67,7 +67,7 @@ def chosen(found: Sequence[P], threshold: float | None, numbers: Sequence[int]) 
     Raises
     ------
     DinerosError
-        There is no proposal of a number.
+        A number does not belong to a proposal.
     """
     for number in numbers:
         if not 0 < number <= len(found):
@@ -81,12 +81,12 @@ def chosen(found: Sequence[P], threshold: float | None, numbers: Sequence[int]) 
 
 
 def refuse_given(output: Path) -> None:
-    """Refuse to write where what is given of a system is there already.
+    """Reject an output path if its file of given facts already exists.
 
     Raises
     ------
     DinerosError
-        There is such a file, which people may have written.
+        The file exists and may contain manual edits.
     """
     from dineros.observation.importing.given import given_beside
 
@@ -100,7 +100,7 @@ def refuse_given(output: Path) -> None:
 
 
 def write(made: Narrowed, output: Path, evidence: Evidence) -> None:
-    """Write a narrowed model, and then next to it what is given of its system now."""
+    """Write a narrowed model, and next to it the facts now given for its system."""
     from dineros.metamodel.files import save
     from dineros.metamodel.files.atomic import write_atomically
     from dineros.observation.importing.given import given_beside
@@ -124,7 +124,7 @@ def print_proposals(found: Sequence[Proposal | TimeProposal], bag: Path) -> None
 
 
 def print_calls(calls: Mapping[str, Calls], untaken: Sequence[Untaken]) -> None:
-    """Print how services answered, as far as they and their clients tell, and what nobody took."""
+    """Print how services answered, according to events of them and their clients, and untaken responses."""
     from dineros.observation.systems import REQUEST_RECEIVED, REQUEST_SENT, RESPONSE_RECEIVED, RESPONSE_SENT
 
     ends = (("the server", REQUEST_RECEIVED, RESPONSE_SENT), ("clients", REQUEST_SENT, RESPONSE_RECEIVED))
@@ -140,7 +140,7 @@ def print_calls(calls: Mapping[str, Calls], untaken: Sequence[Untaken]) -> None:
 
 
 def print_narrowed(made: Narrowed, output: Path, evidence: Evidence) -> None:
-    """Print what was made of accepted proposals, and which responses nobody took."""
+    """Print the result of accepted proposals, and untaken responses."""
     bag = evidence.source
     for each in evidence.untaken:
         say(str(each), "bold red")
@@ -160,7 +160,7 @@ def print_narrowed(made: Narrowed, output: Path, evidence: Evidence) -> None:
 
 
 def print_traced(evidence: Evidence) -> None:
-    """Print how many messages tracing files tell of, and how many of them callbacks published."""
+    """Print the number of messages in tracing files, and how many of them callbacks published."""
     counts = evidence.traced
     if counts is not None:
         callbacks = counted(len(counts.runs), "callback")

@@ -1,4 +1,4 @@
-"""``dineros conform``: whether the model allows what the traces of nodes tell."""
+"""``dineros conform``: checks whether the model allows the traces of nodes."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def replay(
     settings: Sequence[str],
     format: str,
 ) -> int:
-    """Replay the traces of a run, say what is found, and return the exit status."""
+    """Replay the traces of a run, print the result, and return the exit status."""
     from dineros.analysis.conformance import Verdict
     from dineros.analysis.conformance import conform as conform_traces
     from dineros.metamodel.records import read_trace, traces_of_runs
@@ -92,7 +92,7 @@ def _print_invariants(invariants: Sequence[str], broken: Mapping[str, int]) -> N
 
 
 def _broken(system: sym.SystemModel, invariants: Sequence[str], verdict: Verdict) -> dict[str, int]:
-    """Return the invariants that do not hold in all of the run, each with the firings before that."""
+    """Return the invariants that are violated in the run, each with the number of firings before."""
     if not invariants:
         return {}
     from dineros.analysis.conformance.invariants import Invariant
@@ -104,12 +104,12 @@ def _broken(system: sym.SystemModel, invariants: Sequence[str], verdict: Verdict
 
 
 def _with_rules_of_run(settings: tuple[str, ...], traces: Iterable[Sequence[Path]]) -> tuple[str, ...]:
-    """Return how the model was changed for the run: as is said, by the rules that the run had.
+    """Return the settings of the model for the run: the given ones, with the rules of the run.
 
     Raises
     ------
     DinerosError
-        Nothing is said, and not all nodes ran the same model.
+        No setting is given, and not all nodes ran the same model.
     """
     if not settings:
         return _settings_of(traces)
@@ -135,7 +135,7 @@ def _is_of_rules(setting: str) -> bool:
 
 
 def _settings_of(traces: Iterable[Sequence[Path]]) -> tuple[str, ...]:
-    """Return how the model was changed for the run.
+    """Return the settings of the model for the run.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Declared times and those of a run, and what `dineros conform` reports as findings."""
+"""Compares declared times with those of a run, and reports findings of `dineros conform`."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ComparedTimes:
-    """What came of the comparison.
+    """The result of the comparison.
 
     Attributes
     ----------
     breaches : list of Breach
-        Declared times that the run breaks.
+        Declared times that the run violates.
     compared : int
         Times of the run for which something is declared.
     is_simulated : bool
@@ -82,7 +82,7 @@ def faults() -> dict[str, Fault]:
 
 
 def report_of(verdict: Verdict, breaches: Sequence[Breach]) -> Report:
-    """Return what was found as a report, for the formats of continuous integration."""
+    """Return the findings as a report, for the formats of continuous integration."""
     from dineros.analysis.answers.outcome import Outcome
     from dineros.analysis.witnesses.findings import Report
 

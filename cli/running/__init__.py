@@ -1,1 +1,1 @@
-"""What `dineros run` does: an application in this process or on ROS 2, watched until it ends."""
+"""Runs an application in this process or on ROS 2, and watches it until it ends."""

@@ -1,4 +1,4 @@
-"""Having it said on ROS that the process of a node is gone, by a process that starts when it is needed."""
+"""Announces on ROS that the process of a node has ended, by a process that is started when needed."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ _PATIENCE = 5.0
 
 
 class Announcer:
-    """Publishes the status of nodes that have crashed on their ``~/state``, as long as they are down.
+    """Publishes the status of crashed nodes on their ``~/state`` while they are down.
 
     Parameters
     ----------
     nodes : mapping of str to Ports
-        What the nodes are called in ROS, by the names of their processes.
+        Names of the nodes in ROS, by the names of their processes.
     environment : mapping of str to str
         That of the nodes.
     log : Path
@@ -42,7 +42,7 @@ class Announcer:
         self._process: subprocess.Popen[str] | None = None
 
     def tell(self, event: ProcessEvent) -> None:
-        """Say that a node has crashed, or take it back when it is started again."""
+        """Announce that a node has crashed, or withdraw this when it is restarted."""
         ports = self._nodes.get(event.name)
         if ports is None or (event.event != "failed" and self._process is None):
             return
@@ -74,7 +74,7 @@ class Announcer:
             self._process.stdin.flush()
 
     def close(self) -> None:
-        """End the process, where there is one."""
+        """Stop the process, if there is one."""
         process, self._process = self._process, None
         if process is None:
             return

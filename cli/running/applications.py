@@ -1,4 +1,4 @@
-"""What is run: a system model with a file of handlers, or a generated workspace."""
+"""The application to run: a system model with a file of handlers, or a generated workspace."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Application:
     source : Path
         The model's file or the workspace's folder, as the user named it.
     system : sym.SystemModel or None
-        The system model; None for a workspace, whose own is read when it is needed.
+        The system model; None for a workspace, whose model is read when needed.
     models : tuple of rtm.RuntimeModel
         One per node.
     handlers : Path or None
@@ -45,7 +45,7 @@ class Application:
 
     @property
     def title(self) -> str:
-        """What it is called."""
+        """Its title."""
         return str(self.source)
 
     def condition(self, text: str) -> Condition:
@@ -54,7 +54,7 @@ class Application:
         Raises
         ------
         FormulaError
-            It is none, or names something unknown.
+            It is not a condition, or names something unknown.
         """
         from dineros.analysis.logic.language.conditions import Condition
         from dineros.runtime.nets.structure import read_structure
@@ -67,7 +67,7 @@ class Application:
         )
 
     def monitor(self) -> Monitor:
-        """Return what replays its run on the model.
+        """Return the monitor that replays its run on the model.
 
         Raises
         ------
@@ -94,7 +94,7 @@ class Application:
 def application_of(
     path: Path, settings: Sequence[str], handlers: Path | None, stale_after: Sequence[str] = ()
 ) -> Application:
-    """Read what is run; `stale_after` are texts such as ``Door=2.5:false``.
+    """Read an application; `stale_after` are texts such as ``Door=2.5:false``.
 
     Raises
     ------
@@ -129,7 +129,7 @@ def some_of(application: Application, only: Sequence[str], without: Sequence[str
     application : Application
         With all nodes.
     only, without : sequence of str
-        Nodes to run, by default all, and nodes to leave out: by id, or by the full name in ROS.
+        Nodes to run, by default all, and nodes to omit: by id, or by the full name in ROS.
 
     Raises
     ------

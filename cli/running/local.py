@@ -1,4 +1,4 @@
-"""An application in this process: on threads in real time, or step by step in simulated time."""
+"""Runs an application in this process: on threads in real time, or step by step in simulated time."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ if TYPE_CHECKING:
 
 
 class CountingRecorder:
-    """Passes records on, and keeps marking and signals of a node up to date.
+    """Forwards records, and updates marking and signals of a node.
 
     Parameters
     ----------
     recorder : Recorder
-        Keeps the records.
+        Stores the records.
     marking, signals : dict
-        What is kept up to date, shared by all nodes.
+        The current values, shared by all nodes.
     """
 
     def __init__(
@@ -37,14 +37,14 @@ class CountingRecorder:
         self._signals = signals
 
     def open(self, ports: Ports, checkpoint: Callable[[], SavedState]) -> None:
-        """Get ready."""
+        """Prepare."""
         self._recorder.open(ports, checkpoint)
         state = checkpoint()
         self._marking.update({place: len(tokens) for place, tokens in state["marking"].items()})
         self._signals.update(state["signals"])
 
     def record(self, event: str, **fields: object) -> None:
-        """Keep a record."""
+        """Store a record."""
         change = fields.get("change")
         if isinstance(change, Mapping):
             for place, tokens in change.items():
@@ -54,7 +54,7 @@ class CountingRecorder:
         self._recorder.record(event, **fields)
 
     def close(self) -> None:
-        """Keep all for good."""
+        """Close the records."""
         self._recorder.close()
 
 
@@ -152,7 +152,7 @@ class _Threads:
         self._nodes = application.nodes
 
     def poll(self) -> bool:
-        """Raise what ended a node."""
+        """Raise the error that ended a node."""
         for node in self._nodes.values():
             if node.failure is not None:
                 raise node.failure

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from dineros.views.live import Steering
 
 SUPERVISOR_LOG = "supervisor.log.jsonl"
-"""File beside the traces that tells which process was started and ended when, one JSON object per line."""
+"""File next to the traces with the starts and ends of processes, one JSON object per line."""
 
 
 Commands = list[tuple[str, list[str]]]
@@ -93,7 +93,7 @@ def run_on_ros(
 
 
 def _stale_parameters(application: Application, node: str) -> list[str]:
-    """Return the parameters that tell a node how long the sources of its signals may be silent."""
+    """Return the parameters for the time after which the signals of a node are stale."""
     from dineros.metamodel.ros_names import resource_names
 
     names = resource_names(
@@ -130,7 +130,7 @@ def _workspace_processes(workspace: Path) -> tuple[Commands, dict[str, str]]:
 def _model_processes(
     application: Application, system: sym.SystemModel, folder: Path
 ) -> tuple[Commands, dict[str, str]]:
-    """Let the interfaces be built in the user's cache, once for all models that have the same."""
+    """Build the interfaces in the user's cache, once for all models with equal ones."""
     from dineros.generators import Options, generate
     from dineros.generators.workspace.building import build_interfaces, environment
 
@@ -154,7 +154,7 @@ def _model_processes(
 
 
 def _expected(system: sym.SystemModel) -> dict[str, list[str]]:
-    """Return the parameters by which each node waits at its start for subscribers to what it publishes."""
+    """Return the parameters by which each node waits at its start for subscribers."""
     from dineros.generators.application.collecting import application_of
 
     return {
@@ -168,7 +168,7 @@ def _expected(system: sym.SystemModel) -> dict[str, list[str]]:
 
 
 def _start_arguments(nodes: Mapping[str, Ports]) -> list[str]:
-    """Return what the manager of managed nodes is told, in the start order."""
+    """Return the arguments of the manager of managed nodes, in the start order."""
     from dineros.metamodel.lifecycles.start_order import in_order, start_argument
 
     steps = [(step, what, ports) for ports in nodes.values() for what, step in ports.start_steps.items()]
@@ -237,7 +237,7 @@ def _run_processes(
 def _teller(
     log: TextIO, announcer: Announcer, remotes: Mapping[str, RemoteNode]
 ) -> Callable[[ProcessEvent], None]:
-    """Return a function that keeps events, and shows those that people should know of."""
+    """Return a function that stores events, and prints the important ones."""
 
     def tell(event: ProcessEvent) -> None:
         log.write(json.dumps(asdict(event)) + "\n")

@@ -1,4 +1,4 @@
-"""Running an application: signals, the folder of the traces, the page that follows, and what comes of it."""
+"""Runs an application: signals, the folder of the traces, the live page, and the result."""
 
 from __future__ import annotations
 
@@ -30,20 +30,20 @@ VIOLATED, FAILED, UNKNOWN, INTERRUPTED = 1, 2, 3, 130
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of a run.
+    """The result of a run.
 
     Attributes
     ----------
     application : Application
-        What was run.
+        The application.
     options : Options
         How.
     ending : Ending
         How it ended.
     observer : FolderObserver
-        What was seen of it.
+        The observer of the run.
     verdict : Verdict or None
-        Of the monitor, where it saw the whole run.
+        Of the monitor, if it saw the whole run.
     """
 
     application: Application
@@ -54,7 +54,7 @@ class Outcome:
 
     @property
     def missing(self) -> list[str]:
-        """Ids of the nodes that never came up; empty if the run was interrupted before any did."""
+        """Ids of the nodes that did not start; empty if the run was interrupted before any did."""
         started = self.observer.started
         if self.ending == "interrupted" and not started:
             return []
@@ -87,11 +87,11 @@ def run_application(application: Application, options: Options, tell: Callable[[
     Parameters
     ----------
     application : Application
-        What is run.
+        The application.
     options : Options
         How.
     tell : callable
-        Told what came of it while the traces are still there.
+        Gets the result while the traces still exist.
 
     Returns
     -------
@@ -163,12 +163,12 @@ def domain_of(given: int | None) -> int:
 
 
 def _check_traces(folder: Path, nodes: list[str]) -> None:
-    """Refuse to continue from nothing; say which nodes begin again.
+    """Reject continuing without traces; print which nodes start again.
 
     Raises
     ------
     DinerosError
-        There are no traces, or the trace of a node has gone.
+        There are no traces, or the trace of a node is missing.
     """
     from dineros.metamodel.errors import DinerosError, Location
     from dineros.metamodel.files.reading import read_bytes
@@ -196,7 +196,7 @@ def _check_traces(folder: Path, nodes: list[str]) -> None:
 
 @contextmanager
 def _page(folder: Path, application: Application) -> Iterator[Steering]:
-    """Serve the live page, where the run is steered, as long as it continues."""
+    """Serve the live page, which controls the run, during the run."""
     from dineros.views.live import Steering, serve_live
 
     folder.mkdir(parents=True, exist_ok=True)

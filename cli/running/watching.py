@@ -1,4 +1,4 @@
-"""Watching a run: its traces are followed, until a condition holds, time is over, or somebody interrupts."""
+"""Watches a run: follows its traces until a condition holds, the time is over, or the user interrupts."""
 
 from __future__ import annotations
 
@@ -25,24 +25,24 @@ Ending = Literal["reached", "ended", "idle", "timeout", "interrupted", "deviated
 Ctrl-C; a step that the model does not allow; a process that cannot start, or fails again and again."""
 
 PERIOD = 0.05
-"""Seconds between two looks at traces that are written without a pause, at least."""
+"""Least seconds between two reads of traces that are written continuously."""
 
 CALM_PERIOD = 0.5
-"""The same where the end of the run does not depend on them."""
+"""The same if the end of the run does not depend on them."""
 
 Condition = Callable[[Mapping[str, int], Mapping[str, SignalSetting]], bool]
 
 
 @dataclass(frozen=True)
 class RosOptions:
-    """How an application runs on ROS 2.
+    """Options of an application on ROS 2.
 
     Attributes
     ----------
     domain : int
         The ROS domain.
     reach : {"memory", "machine", "network"}
-        How far its messages go.
+        The reach of its messages.
     programs : tuple of str
         Command lines of further programs that run as long as the application.
     restarts : int
@@ -57,7 +57,7 @@ class RosOptions:
 
 @dataclass(frozen=True)
 class Options:
-    """How an application is run.
+    """Options of a run.
 
     Attributes
     ----------
@@ -66,7 +66,7 @@ class Options:
     timeout : float or None
         Seconds after which it ends.
     trace : Path or None
-        Folder that keeps the traces; None: they go with the run.
+        Folder for the traces; None: they are removed after the run.
     seed : int or None
         Seed of the firing selections.
     watchdog : float or None
@@ -97,16 +97,16 @@ class Options:
 
 @dataclass(frozen=True)
 class Wanted:
-    """What a run is to do.
+    """The goals of a run.
 
     Attributes
     ----------
     until : callable or None
         The condition that ends it, given marking and signals.
     folder : Path
-        Takes the traces.
+        Gets the traces.
     monitor : Monitor or None
-        Replays the records on the model as they come.
+        Replays the records on the model when they arrive.
     options : Options
         What was said of it.
     interrupted : threading.Event
@@ -123,13 +123,13 @@ class Wanted:
     def interrupt(self, *_: object) -> None:
         """End the run soon.
 
-        An exception that a signal raises within a destructor, say, comes to nobody: whoever watches is not
-        interrupted, but looks at `interrupted`.
+        An exception that a signal raises, for example in a destructor, would be lost: so the watching code is
+        not interrupted, but reads `interrupted`.
 
         Raises
         ------
         KeyboardInterrupt
-            Nobody watches yet, or any more.
+            The run is not watched yet, or no longer.
         """
         self.interrupted.set()
         if not self._listening:
@@ -155,28 +155,28 @@ class Running(Protocol):
     """The processes or threads of a run."""
 
     def poll(self) -> bool:
-        """Look after them; False: all have ended."""
+        """Service them; False: all have ended."""
 
     @property
     def descriptors(self) -> Sequence[int]:
-        """What is readable when there is something to look after."""
+        """A descriptor that is readable when they need service."""
 
     @property
     def longest(self) -> float:
-        """Seconds after which to look after them although nothing was told."""
+        """Seconds after which they need service without an event."""
 
 
 def watch(wanted: Wanted, observer: FolderObserver, running: Running) -> Ending:
-    """Follow a run until it ends, and sleep while nothing happens.
+    """Follow a run until it ends, and sleep between events.
 
     Parameters
     ----------
     wanted : Wanted
-        What ends it.
+        The goals that end it.
     observer : FolderObserver
         Follows the traces.
     running : Running
-        What runs.
+        The processes or threads.
     """
     end = None if wanted.options.timeout is None else time.monotonic() + wanted.options.timeout
     period = CALM_PERIOD if wanted.until is None and wanted.monitor is None else PERIOD
@@ -208,14 +208,14 @@ def watch(wanted: Wanted, observer: FolderObserver, running: Running) -> Ending:
 
 
 def _sleep(until: float, descriptors: Sequence[int], traces: FolderWatch, next_look: float) -> None:
-    """Sleep until something is to be looked after; for traces alone, until the next look at least."""
+    """Sleep until an event; for traces alone, at least until the next read."""
     told = wait_readable([*descriptors, *traces.descriptors], until - time.monotonic())
     if told and told.isdisjoint(descriptors):
         wait_readable(descriptors, min(until, next_look) - time.monotonic())
 
 
 def _look(wanted: Wanted, observer: FolderObserver) -> Ending | None:
-    """Take in what is new in the traces; return how the run ends by it."""
+    """Process new records of the traces; return how they end the run."""
     if not observe(wanted, observer):
         return "deviated"
     if wanted.until is not None and wanted.until(observer.marking, observer.signals):
@@ -224,7 +224,7 @@ def _look(wanted: Wanted, observer: FolderObserver) -> Ending | None:
 
 
 def observe_all(wanted: Wanted, observer: FolderObserver) -> bool:
-    """Take in everything that is new, such as what nodes wrote while they ended; see `observe`."""
+    """Process all new records, such as those that nodes wrote while they ended; see `observe`."""
     conforms = observe(wanted, observer)
     while observer.is_behind:
         conforms = observe(wanted, observer) and conforms
@@ -232,7 +232,7 @@ def observe_all(wanted: Wanted, observer: FolderObserver) -> bool:
 
 
 def observe(wanted: Wanted, observer: FolderObserver) -> bool:
-    """Take in what is new, or a batch; False: the monitor has found a step that the model does not allow."""
+    """Process new records, or a batch; False: the monitor has found a step that the model does not allow."""
     records = observer.look()
     for record in records:
         if record.event == "error":

@@ -38,8 +38,9 @@ class Excerpt:
 
 
 class Excerpts:
-    """Reads the context of lines. File names come from a model, so only source files within the roots are
-    read.
+    """Reads the context of lines.
+
+    File names come from a model, so only source files within the roots are read.
 
     Parameters
     ----------

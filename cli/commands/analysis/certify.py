@@ -1,4 +1,4 @@
-"""``dineros certify``: check what an answer rests on that has a certificate."""
+"""``dineros certify``: checks the certificate of an answer."""
 
 from __future__ import annotations
 

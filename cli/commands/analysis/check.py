@@ -1,4 +1,4 @@
-"""``dineros check``: every question with a yes/no answer that can be asked of any model."""
+"""``dineros check``: decides all yes/no questions that apply to every model."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ if TYPE_CHECKING:
     from dineros.metamodel import pn
 
 ASKED_SHARE = 0.85
-"""Part of the time for the questions; what is left tells consequences from their causes."""
+"""Share of the time for the questions; the rest is for separating consequences from their causes."""
 
 
 @search_command(
@@ -143,8 +143,8 @@ def check(
 ) -> int:
     """Check a model or code: clauses, overflow of queues, unused and dead parts, boundedness, deadlock.
 
-    With --source FOLDER, the model is made of the code as by 'dineros import', and what the code itself shows
-    is reported, too; findings name its lines.
+    With --source FOLDER, the model is built from the code as by 'dineros import', and faults of the code
+    itself are also reported; findings name its lines.
 
     The exit status is 1 if there is a finding (notes, suppressed findings and those of the baseline do not
     count), and 3 if an answer stays unknown that could be more than a note.
@@ -278,7 +278,7 @@ def check(
 
 
 def _refuse_beside(options: Sequence[str], format: str, others: Sequence[str]) -> None:
-    """Refuse what does not go with a suggestion."""
+    """Reject options that cannot be combined with a suggestion."""
     if len(options) > 1:
         raise click.UsageError(f"{options[0]} cannot be combined with {options[1]}")
     what = "capacities" if options[0] == "--suggest-capacities" else "changes"
@@ -291,14 +291,14 @@ def _refuse_beside(options: Sequence[str], format: str, others: Sequence[str]) -
 
 
 def _refuse_with_time(options: Mapping[str, object]) -> None:
-    """Refuse what does not go with times."""
+    """Reject options that cannot be combined with times."""
     for option, value in options.items():
         if value:
             raise click.UsageError(f"--time cannot be combined with {option}")
 
 
 def _refuse_with_source(output: Path | None, certificate: Path | None) -> None:
-    """Refuse files that name a model file, where there is none."""
+    """Reject files that name a model file, if there is none."""
     if certificate is not None or (output is not None and output.suffix.lower() != ".html"):
         option = "-o" if certificate is None else "--certificate"
         hint = "import the model with 'dineros import --source', then check it"

@@ -1,4 +1,4 @@
-"""``dineros find``: how is this reached (paper, Alg. 5)."""
+"""``dineros find``: finds a firing sequence to a goal (paper, Alg. 5)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``dineros latency``: how long callbacks and chains of them take, with the times of a model."""
+"""``dineros latency``: times of callbacks and chains of callbacks, from the times of a model."""
 
 from __future__ import annotations
 
@@ -160,7 +160,7 @@ def latency(
 def _worst(
     asked: Latencies | None, found: Everything | Latency, ends: tuple[End, End] | None, chain: str
 ) -> tuple[str, Witness] | None:
-    """Return what takes longest, in words, and its run; None if it is not known."""
+    """Return the longest time in words, and its run; None if it is unknown."""
     from dineros.analysis.latencies.answers import Latency
     from dineros.analysis.latencies.paths import callback_pages
     from dineros.analysis.witnesses.findings import witness_of
@@ -196,14 +196,14 @@ def _notes(found: Everything | Latency, reason: str) -> list[str]:
 
 
 class _Saying:
-    """Prints what was found.
+    """Prints the results.
 
     Parameters
     ----------
     model : Path
         The file.
     chain : str
-        What is asked, if it is a chain.
+        The requested chain, if any.
     as_json : bool
         Whether JSON is printed.
     """
@@ -212,7 +212,7 @@ class _Saying:
         self.model, self.chain, self.as_json = model, chain, as_json
 
     def nothing(self, ending: str) -> int:
-        """Say that the search ended before anything was found."""
+        """Print that the search ended without a result."""
         if self.as_json:
             say_json({"model": str(self.model), "reason": ending})
         else:
@@ -220,7 +220,7 @@ class _Saying:
         return UNKNOWN
 
     def all(self, found: Everything | Latency, ended: str) -> int:
-        """Say what is known, and why the search for exact times ended early; return the exit status."""
+        """Print the known results, and why the search for exact times ended early; return the exit status."""
         from dineros.analysis.bounds.answers import ASSUMES
         from dineros.analysis.latencies.answers import Latency
 
@@ -242,7 +242,7 @@ class _Saying:
         return UNKNOWN if any(each.reason for each in times) else HOLDS
 
     def depths(self, found: Mapping[str, Depth]) -> int:
-        """Say which depths are needed; return the exit status."""
+        """Print the needed depths; return the exit status."""
         if self.as_json:
             depths = {name: each.to_dict() for name, each in found.items()}
             say_json({"model": str(self.model), "depths": depths})
@@ -252,7 +252,7 @@ class _Saying:
         return UNKNOWN if any(each.least is None for each in found.values()) else HOLDS
 
     def of_chain(self, found: Latency) -> list[str]:
-        """Return what is known of the chain, a line each."""
+        """Return the results for the chain, a line each."""
         lost = {True: ", an instance can be lost", False: "", None: ""}
         if found.greatest is not None:
             lost[None] = "; it is unknown whether an instance can be lost"

@@ -76,8 +76,8 @@ def reduce(
 ) -> int:
     """Reduce a net by structural rules. Only rules that preserve what --preserve names are applied.
 
-    With --time, the smaller net keeps its firing intervals and priorities. Seen at the places and transitions
-    that are left, it has the same runs at the same times: all answers with --time stay the same.
+    With --time, the smaller net keeps its firing intervals and priorities. Observed at the remaining places
+    and transitions, it has the same runs at the same times: all answers with --time stay the same.
 
     The exit status is 3 if time ran out: the net as reduced until then is written.
     """
@@ -195,7 +195,7 @@ def _say_sizes(model: Path, output: Path, net: CompiledNet, small: CompiledNet, 
 
 
 def _kept(subject: Subject, names: Sequence[str]) -> tuple[list[str], list[str]]:
-    """Return the places and the transitions of the net that names of the model stand for."""
+    """Return the places and the transitions of the net for names of the model."""
     from dineros.analysis.logic.language.errors import FormulaError
     from dineros.metamodel.errors import DinerosError, near_matches
 

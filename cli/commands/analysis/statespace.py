@@ -1,4 +1,4 @@
-"""``dineros statespace``: how many markings a model reaches, and other exact figures."""
+"""``dineros statespace``: counts the markings that a model reaches, with other exact figures."""
 
 from __future__ import annotations
 

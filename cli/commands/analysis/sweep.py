@@ -30,7 +30,7 @@ _REDUCED = {"no": (False,), "yes": (True,), "both": (False, True)}
 
 
 def _names(known: tuple[str, ...]) -> Callable[..., tuple[str, ...] | None]:
-    """Return a callback for an option that takes some of the known names, by commas, or ``all``."""
+    """Return a callback for an option with known names, separated by commas, or ``all``."""
 
     def read(context: click.Context, option: click.Parameter, value: str | None) -> tuple[str, ...] | None:
         if value is None or value == "all":
@@ -153,7 +153,7 @@ def sweep(
 def _variants(
     net: pn.Net, signals: tuple[str, ...] | None, overflow: tuple[str, ...] | None
 ) -> tuple[tuple[str | None, ...], tuple[str | None, ...]]:
-    """Return the variants asked for; a plain net has none."""
+    """Return the requested variants; a plain net has none."""
     from dineros.metamodel import sym
 
     if isinstance(net, sym.SystemModel):

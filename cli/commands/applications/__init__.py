@@ -1,1 +1,1 @@
-"""Subcommands that generate and run applications, and look at what they did."""
+"""Subcommands that generate and run applications, and evaluate their runs."""

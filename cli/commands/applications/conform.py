@@ -1,4 +1,4 @@
-"""``dineros conform``: is what nodes did allowed by the model."""
+"""``dineros conform``: checks whether the model allows a run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``dineros run``: an application, all its nodes watched and recorded."""
+"""``dineros run``: runs an application; its nodes are supervised and recorded."""
 
 from __future__ import annotations
 
@@ -190,7 +190,7 @@ def _simulate_times(
     report: Path | None,
     as_json: bool,
 ) -> int:
-    """Simulate the times of a model only; no other option has a meaning there."""
+    """Simulate only the times of a model; other options are rejected."""
     from dineros.cli.outputs import refuse_output
     from dineros.cli.presentation.reports.simulations import simulate_times_of
     from dineros.metamodel.errors import DinerosError

@@ -94,7 +94,7 @@ def trace(
 
 
 def _compare(pictures: TracePictures, path: Path, given: Path | None, settings: tuple[str, ...]) -> None:
-    """Show a second trace beside the first one, and say where they part."""
+    """Show a second trace next to the first one, and print their divergence."""
     from dineros.views.traces.reading import build, header_of
 
     header = header_of([path])
@@ -113,7 +113,7 @@ def _compare(pictures: TracePictures, path: Path, given: Path | None, settings: 
 
 
 def _refuse(output: Path, suffix: str, compare: Path | None, **drawing: Any) -> None:
-    """Refuse a format that is not known, and options that say nothing there."""
+    """Reject an unknown format, and options without effect for it."""
     from dineros.views.exports import EXPORTS
 
     refuse_output(output, (*_PICTURES, *EXPORTS), "of traces")

@@ -32,8 +32,8 @@ from dineros.cli.outputs import PICTURES, refuse_output
 def convert(model: Path, output: Path, properties: str | None, settings: tuple[str, ...]) -> int:
     """Write a model in another format: XMI, PNML, TINA (.net), Romeo (.xml, .cts), or as a picture.
 
-    A model that violates constraints is still converted, with a warning. OUT is written as a whole or not at
-    all. 'dineros view' has more options for pictures.
+    A model that violates constraints is still converted, with a warning. OUT is written atomically. 'dineros
+    view' has more options for pictures.
     """
     from dineros.metamodel import files
 

@@ -1,4 +1,4 @@
-"""``dineros edit``: a model drawn and changed in the browser."""
+"""``dineros edit``: draws and changes a model in the browser."""
 
 from __future__ import annotations
 
@@ -64,8 +64,8 @@ main()
 
 
 def own_program() -> list[str]:
-    """Return what begins the command line of a process that runs ``dineros`` and ends with this one.
+    """Return the start of the command line of a process that runs ``dineros`` and ends with this one.
 
-    Modules in the folder where it is started do not stand in for those that are installed.
+    Modules in the folder where it is started do not shadow installed ones.
     """
     return [sys.executable, "-P", "-c", _MAIN.format(parent=os.getpid())]

@@ -1,4 +1,4 @@
-"""``dineros flatten``: a system model as one plain net, and what was made from what."""
+"""``dineros flatten``: flattens a system model to one plain net, with trace links."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def flatten(
 
 
 def _refuse_output(model: Path, output: Path) -> None:
-    """Find out before long work that the file cannot be one."""
+    """Reject a file of the wrong kind before long work."""
     from dineros.metamodel.errors import Location, ModelFileError
     from dineros.metamodel.files import SUFFIXES
     from dineros.transformations.flattening.trace_files import trace_path

@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 def rules(rule: str | None, output: Path | None, rule_file: Path | None, as_json: bool) -> int:
     """List the rules, describe one, or draw it.
 
-    A rule has a left-hand side (LHS), which it matches, and a right-hand side (RHS), which is there
-    afterwards. `dineros flatten` applies the rules.
+    A rule has a left-hand side (LHS), which it matches, and a right-hand side (RHS), which replaces it.
+    `dineros flatten` applies the rules.
     """
     from dineros.transformations.rules.catalogue import FAMILIES, find_rule, name_of
 

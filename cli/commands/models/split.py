@@ -28,7 +28,8 @@ from dineros.cli.presentation.workspaces import say_parts
 def split(model: Path, output: Path, settings: tuple[str, ...], as_json: bool) -> int:
     """Split a system model into one run-time model per node net: DIR/NODE.rtm.xmi.
 
-    Channels are removed; their ports stay as information on the places. DIR is created if it does not exist;
+    Channels are removed; their ports are kept as information on the places. DIR is created if it does not
+    exist;
     other files in it are not changed.
     """
     from dineros.metamodel import files

@@ -98,7 +98,7 @@ def view(
 ) -> int:
     """Show a model as a picture: a system model, a runtime model, a flattened or a plain net.
 
-    Pages are collapsed if names would be too small to read at first sight, and in .svg and .png if the model
+    Pages are collapsed if names would initially be too small to read, and in .svg and .png if the model
     has more than 150 nodes, unless --expand is given. If a model is too large for --width, its pages are
     drawn one by one, into files named after their ids.
 

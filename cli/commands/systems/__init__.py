@@ -1,1 +1,1 @@
-"""Subcommands about systems that exist already."""
+"""Subcommands for existing systems."""

@@ -1,4 +1,4 @@
-"""``dineros diff``: a model against a system that runs or was recorded."""
+"""``dineros diff``: compares a model with a running or recorded system."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def diff(
 ) -> int:
     """Compare a model with a running graph, a recording or source code: nodes, ports, types, QoS.
 
-    Of source code, ports with an open name or type are left out, and listed.
+    For source code, ports with an open name or type are omitted, and listed.
     For a recording, only topics are compared, because it does not contain nodes. A node that disappeared
     while the graph was watched counts as missing. The exit status is 1 if something differs; notes do not
     count.

@@ -1,4 +1,4 @@
-"""``dineros import``: a system model of a system that exists already."""
+"""``dineros import``: builds a system model of an existing system."""
 
 from __future__ import annotations
 
@@ -70,8 +70,8 @@ def import_(
 ) -> int:
     """Make a system model of a running graph, a recording or source code, with one node net per node.
 
-    --source reads packages in Python and C++ without running them: ports, groups, executors, and what
-    callbacks do, with the lines of the code. Code that it cannot follow is left open, and listed. With
+    --source reads packages in Python and C++ without running them: ports, groups, executors, and the steps of
+    callbacks, with the lines of the code. Code that it cannot follow is left open, and listed. With
     --graph, the model is made of the code, and differences of the running graph are findings.
 
     Facts that a graph does not show are assumed, marked in the model and listed. A file next to the model
@@ -133,7 +133,7 @@ def import_(
 
 
 def _against(read: Coded, source: Source) -> list[Finding]:
-    """Return how a running graph differs from the code."""
+    """Return the differences between a running graph and the code."""
     from dineros.observation.differences.code import differences_of_code
 
     def compared(seen: ObservedSystem) -> Report:

@@ -1,4 +1,4 @@
-"""``dineros narrow``: which callback leads to which messages, as a recording shows it."""
+"""``dineros narrow``: finds which callbacks lead to which messages in a recording."""
 
 from __future__ import annotations
 

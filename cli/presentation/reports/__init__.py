@@ -1,1 +1,1 @@
-"""Reports as pages, and what `dineros latency` prints."""
+"""Reports as pages, and the output of `dineros latency`."""

@@ -1,4 +1,4 @@
-"""The report of a check as a page: its pictures and the state spaces are made here."""
+"""The report of a check as a page, with pictures and state spaces."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ if TYPE_CHECKING:
     from dineros.views.reports.check_report import FindingEntry
 
 SPACE_SECONDS = 20.0
-"""Seconds that a state space may take in a report; what takes longer is unknown there."""
+"""Limit of the seconds of a state space in a report; longer ones are unknown there."""
 LEAST_SECONDS, DRAWING_SECONDS = 0.01, 2.0
-"""What it may take at least, and what is left for the pictures where time is limited."""
+"""Its least seconds, and the seconds kept for the pictures if the time is limited."""
 
 
 def write_check_report(
     report: Report, net: pn.Net, output: Path, model: Path, settings: Sequence[str], folders: Sequence[Path]
 ) -> None:
-    """Write what a check found as a page, as a whole or not at all; one line says why it lacks pictures.
+    """Write the findings of a check as a page, atomically; a line reports missing pictures.
 
     Lines of source code are shown from the current folder, or from the given ones.
     """
@@ -61,7 +61,7 @@ def write_check_report(
 
 
 def _notes(report: Report, net: pn.Net) -> list[str]:
-    """Return what the page says of assumptions, and of times, which the state spaces leave out."""
+    """Return the notes of the page on assumptions, and on times, which the state spaces ignore."""
     from dineros.analysis.model.times import left_out_times
 
     left_out = left_out_times(net)
@@ -98,7 +98,7 @@ def _entry(finding: Finding, source: str) -> FindingEntry:
 
 
 def _spaces(net: pn.Net, limits: Limits) -> list[dict[str, Any]]:
-    """Count the state space of each signal variant, each in a process of its own, within what is left."""
+    """Count the state space of each signal variant, in separate processes, within the remaining budget."""
     from dineros.analysis.sweeps import Grid, share_of_memory, sweep
     from dineros.cli.options import SIGNALS
     from dineros.metamodel import sym

@@ -1,4 +1,4 @@
-"""What `dineros latency` found, as text and as a page."""
+"""Prints the results of `dineros latency`, as text and as a page."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ def write_latency_page(
     worst: tuple[str, Witness] | None,
     notes: Sequence[str],
 ) -> None:
-    """Write a page, as a whole or not at all; one line says why it lacks a picture.
+    """Write a page, atomically; a line reports a missing picture.
 
     Parameters
     ----------
     everything, bounds
-        Response times, and what is known of shares of threads.
+        Response times, and known shares of threads.
     model, source, settings
         The model, its file, and how it was changed.
     output
@@ -112,7 +112,7 @@ def _interval(earliest: float | None, latest: float | None) -> str:
 
 
 def lines_of_depths(found: Mapping[str, Depth]) -> list[str]:
-    """Return which depths are needed, a line for each reader."""
+    """Return the needed depths, a line for each reader."""
     lines = []
     for name, each in found.items():
         if each.least is None:
@@ -124,7 +124,7 @@ def lines_of_depths(found: Mapping[str, Depth]) -> list[str]:
 
 
 def lines_of_all(found: Everything) -> list[str]:
-    """Return what is known of all callbacks, histories and timers, a line each."""
+    """Return the results for all callbacks, histories and timers, a line each."""
     lines = []
     for name, each in found.callbacks.items():
         starves = ", can wait without end" if found.starved.get(name) else ""
@@ -139,7 +139,7 @@ def lines_of_all(found: Everything) -> list[str]:
 
 
 def span(found: Latency) -> str:
-    """Return bounds in words; a bound that is only approached has a sign."""
+    """Return bounds in words; a bound that is only approached is marked."""
     if found.least is None:
         return "never ends" if not found.reason else "open"
     least = f"{'more than ' if not found.least.is_reached else ''}{float(found.least.value):g}"

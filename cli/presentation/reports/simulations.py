@@ -1,4 +1,4 @@
-"""``dineros run --simulate --times``: how long data takes in a simulated run, as quantiles."""
+"""``dineros run --simulate --times``: quantiles of times in a simulated run."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     from dineros.metamodel import sym
 
 SHOWN = 150
-"""Firings of the run that a page shows."""
+"""Limit of the firings that a page shows."""
 SECONDS = 100.0
-"""How long a simulation goes on if nothing else is asked for, in simulated time."""
+"""Default length of a simulation, in simulated time."""
 
 
 def simulate_times_of(
@@ -29,7 +29,7 @@ def simulate_times_of(
     report: Path | None,
     as_json: bool,
 ) -> int:
-    """Simulate a model with its times, and print what was measured.
+    """Simulate a model with its times, and print the measurements.
 
     Raises
     ------
@@ -60,7 +60,7 @@ def simulate_times_of(
 
 
 def _write_page(report: Path, model: Path, system: sym.SystemModel, found: Simulated, seed: int) -> None:
-    """Write histograms, and the beginning of the run on the axis of time."""
+    """Write histograms, and the first part of the run on a time axis."""
     from dineros.analysis.timed_runs.simulating import histogram
     from dineros.cli.presentation.traces import witness_builder
     from dineros.metamodel.files.atomic import write_atomically
