@@ -35,7 +35,7 @@ def timed(tmp_path: Path) -> Path:
         (("verify", "--ctl", "AG (EF deadlock)"), NEED_NOT, False),
         (("verify", "--ctl", "EF (q >= 2)"), HOLDS, True),
         (("statespace",), "may be fewer markings", False),
-        (("check",), "boundedness and the absence of deadlocks hold with times, too", False),
+        (("check",), "boundedness and the absence of deadlocks also hold with times", False),
     ],
 )
 def test_each_answer_says_whether_it_holds_with_times(

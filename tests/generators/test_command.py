@@ -177,7 +177,7 @@ def test_a_template_is_no_program(run: Run) -> None:
             "a\n{{ app.name }}\n",
             "mine/node/README.md.j2:2: 'kitchen' is written without a filter (write ",
         ),
-        ("node/README.md.j2", "{{ app.name | safe }}", "goes through no filter"),
+        ("node/README.md.j2", "{{ app.name | safe }}", "is written without a filter"),
         ("node/README.md.j2", "{{ node.package ~ app.name }}", "'waiterkitchen' is written without a filter"),
         ("node/README.md.j2", "{{ app.id | name ~ '' }}", "'kitchen' is written without a filter"),
         (

@@ -146,5 +146,5 @@ def test_a_test_made_of_a_trace_is_refused(tmp_path: Path) -> None:
 
     records: list[Record] = [Header(sequence=0, kind="witness", model="spawning")]
     write_records(tmp_path / "witness.jsonl", records)
-    with pytest.raises(ScriptError, match="would not know the data of tokens"):
+    with pytest.raises(ScriptError, match="would lack the data of tokens"):
         read_script(tmp_path / "witness.jsonl", application_of(spawning()))

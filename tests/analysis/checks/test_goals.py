@@ -126,7 +126,7 @@ def test_a_cancel_that_is_never_heard(threads: int, awaits: bool, is_heard: bool
         if is_heard
         else [
             "no request of client office0 to cancel a goal of action /deliver ever reaches the server: while "
-            "a goal is worked on, that has the only thread of node net robot"
+            "a goal is executed, it holds the only thread of node net robot"
         ]
     )
     assert of_rule(report, "cancel-too-late")

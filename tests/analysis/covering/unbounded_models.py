@@ -32,7 +32,7 @@ def compare(model: sym.SystemModel, report: Report, most: int) -> None:
         elif can_fire is not None and drops.isdisjoint(can_fire):
             assert f"{queue} never overflows" in report.proved, f"{queue} never overflows"
     open_questions = [unknown.question for unknown in report.unknown]
-    still_open = [question for question in open_questions if question.startswith("whether this can ever")]
+    still_open = [question for question in open_questions if question.startswith("whether these can ever")]
     for t in seen.enabled:
         assert not any(subject.transition_text(t) in question for question in still_open)
         assert ("dead-transition", (subject.transition_element(t),)) not in rules

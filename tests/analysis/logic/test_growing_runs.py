@@ -86,7 +86,7 @@ def test_what_is_not_decided_says_what_grows() -> None:
     answer = verify_ltl(net, "G (a - b <= 1000000)")
     assert answer.status in ("unknown", "violated")
     if answer.status == "unknown":
-        assert "grows whenever this is fired again: " in answer.reason
+        assert "grows whenever these fire again: " in answer.reason
 
 
 FORMULAS = [
@@ -160,7 +160,7 @@ def test_ctl_of_work_that_comes_for_ever(formula: str, status: str) -> None:
     answer = check_ctl(WORK, formula, budget=LIMITS)
     assert answer.status == status, answer.reason
     if answer.status == "unknown":
-        assert answer.reason.endswith("since work grows whenever this is fired again: tick")
+        assert answer.reason.endswith("because work grows whenever these fire again: tick")
     if answer.loop:
         settled(WORK, BoundAtoms(WORK, parse(formula, "ctl"), NetNames(WORK)), answer.stem, answer.loop)
 

@@ -209,6 +209,6 @@ def test_linear_time_is_written_without_operators_that_are_not_known(tmp_path: P
 
 @pytest.mark.parametrize("formula", ["F fired(t)", "G (a + b - c <= 1)"])
 def test_what_cannot_be_written_is_refused(tmp_path: Path, formula: str) -> None:
-    with pytest.raises(DinerosError, match="cannot be said in a property file"):
+    with pytest.raises(DinerosError, match="cannot be expressed in a property file"):
         write_properties(tmp_path / "w.xml", [Property("x", "ltl", parse(formula))], NET, NetNames(NET))
     assert not (tmp_path / "w.xml").exists()

@@ -145,7 +145,7 @@ def test_how_it_is_written(formula: str, text: str) -> None:
 
 
 def test_what_selt_does_not_have_is_refused() -> None:
-    with pytest.raises(TinaError, match="nothing that surely means") as error:
+    with pytest.raises(TinaError, match="no exact equivalent of") as error:
         written(ForAll(Globally(Deadlock())))
     assert error.value.hint == "use another engine"
 

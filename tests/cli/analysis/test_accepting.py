@@ -71,7 +71,7 @@ def test_a_wrong_day_is_refused_with_its_line(run: Run, tmp_path: Path) -> None:
     number = next(n for n, line in enumerate(path.read_text().splitlines(), 1) if "next week" in line)
     assert result.exit_code == 2
     assert f"{path}:{number}: " in result.output
-    assert "'next week', which is not a day" in result.output
+    assert "'next week', which is not a date" in result.output
 
 
 def test_json_sarif_junit_and_html_have_them(run: Run, accepted: Path, tmp_path: Path) -> None:

@@ -131,7 +131,10 @@ def test_points_that_stay_unknown_give_exit_status_3(run: Run, tmp_path: Path) -
         (["--vary", "Words.tokens=2..1"], "'2..1' is an empty range"),
         (["--vary", "Words.tokens=-1"], "with Words.tokens=-1, place 'Words' holds -1 tokens"),
         (["--vary", "Words.tokens=1", "--signals", "some"], "'some' is not one of none, "),
-        (["--vary", "Words.tokens=1", "--workers", "1", "--scheduler", "x"], "--workers is for this machine"),
+        (
+            ["--vary", "Words.tokens=1", "--workers", "1", "--scheduler", "x"],
+            "--workers counts processes of this machine",
+        ),
         ([], "missing option '--vary'"),
     ],
 )

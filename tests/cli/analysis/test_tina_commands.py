@@ -174,7 +174,7 @@ class TestVerify:
         ("fault", "says"),
         [
             ("tina fails", "tina failed with exit status 3"),
-            ("tina babbles", "what tina printed holds no digest"),
+            ("tina babbles", "the output of tina has no digest"),
             ("selt fails", "selt failed with exit status 3: selt: something is wrong"),
             ("selt babbles", "selt answers neither TRUE nor FALSE"),
             ("selt shows another run", "the counterexample of selt is not a run of the net: step 3"),
@@ -219,4 +219,4 @@ class TestVerify:
             run("verify", net, "--ltl", "G a >= 0", *TINA), "selt is not on the PATH"
         )
         result = run("find", net, "--marking", "a >= 0", *TINA)
-        assert is_one_line_of_wrong_use(result, "selt is not on the PATH (TINA is to be had")
+        assert is_one_line_of_wrong_use(result, "selt is not on the PATH (TINA is available")

@@ -93,7 +93,7 @@ def test_a_recording_with_a_message_too_many(run: Run, model: Path, tmp_path: Pa
     recording, why = bag(tmp_path / "bag", 4), tmp_path / "why.jsonl"
     result = run("conform", model, "--bag", recording, "-o", why)
     assert result.exit_code == 1
-    first = f"{model}: message 4, on /chatter, 0.300 s after the first: no run of the model shows it"
+    first = f"{model}: message 4, on /chatter, 0.300 s after the first: no run of the model explains it"
     assert result.stdout.startswith(first)
     header, *steps = read_records(why)
     assert isinstance(header, Header) and header.verdict == "violated"
@@ -120,11 +120,11 @@ def test_what_midway_cannot_tell_is_said(run: Run, tmp_path: Path, monkeypatch: 
     recording = write_bag(tmp_path / "bag", until(scan=2.0, map=2.0))
     exact = run("conform", model, "--bag", recording, "--midway")
     assert exact.exit_code == 0
-    assert "in any state that the model can reach; the way there is not checked" in exact.stderr
+    assert "in any reachable state; how it is reached is not checked" in exact.stderr
     monkeypatch.setattr(midway, "WHOLE_NODES", 0)
     parts = run("conform", model, "--bag", recording, "--midway")
     assert parts.exit_code == 0
-    assert "--midway cannot tell whether the states in which it lets nodes begin fit together" in parts.stderr
+    assert "--midway cannot check that the initial states of the nodes agree" in parts.stderr
     assert "sent before on /scan; so it may accept recordings that the model does not allow" in parts.stderr
 
 
@@ -140,7 +140,7 @@ def test_wrong_use_with_recordings(run: Run, model: Path, traces: Path, tmp_path
     recording, other = bag(tmp_path / "bag", 1), write_bag(tmp_path / "other", [("/elsewhere", 1)])
     for arguments, message in (
         ([], "give a TRACE, or a recording by --bag"),
-        ([traces, "--bag", recording], "--bag stands for the traces"),
+        ([traces, "--bag", recording], "--bag replaces the traces"),
         (["--bag", other], "no topic of the model was recorded"),
         (["--bag", tmp_path / "missing"], "this recording does not exist"),
         (["--bag", tmp_path], "holds no recording"),
@@ -235,7 +235,7 @@ def test_settings(run: Run, model: Path, traces: Path, tmp_path: Path) -> None:
     assert run("conform", model, folder, "--set", "Words.tokens=3").exit_code == 0
     told["talker"][0] = replace(told["talker"][0], settings=[])  # type: ignore[call-arg]
     assert is_one_line_of_wrong_use(
-        run("conform", model, write(folder, told)), "was recorded with other settings than the traces before"
+        run("conform", model, write(folder, told)), "was recorded with settings that differ from those"
     )
 
 

@@ -174,7 +174,7 @@ def test_overflows_that_durations_decide_are_notes(
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        ([], "say what is checked: MODEL, or --source FOLDER"),
+        ([], "name what to check: MODEL, or --source FOLDER"),
         (["--source", "nowhere"], "this folder of source code does not exist"),
         (["--source", ".", "a"], "'a' is not an ARG:=VALUE of a --launch FILE"),
         (["model.sym.xmi", "a:=b"], "'a:=b' is not an ARG:=VALUE of a --launch FILE"),

@@ -207,8 +207,8 @@ def test_bad_recordings_are_one_line_and_nothing_is_half_written(
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--threshold", "0.9"], "give both, or neither"),
-        (["-o", "new.sym.xmi"], "give both, or neither"),
+        (["--threshold", "0.9"], "--threshold and --accept require -o"),
+        (["-o", "new.sym.xmi"], "--threshold and --accept require -o"),
         (["--accept", "99", "-o", "new.sym.xmi"], "there is no proposal 99"),
         (["--threshold", "2", "-o", "new.sym.xmi"], "2"),
         (["--accept", "1", "-o", "new.svg"], ".xmi"),

@@ -197,7 +197,7 @@ def test_bad_traces_are_one_line_and_nothing_is_half_written(
         "letter.txt": "is not a trace",
         "pipe": "is not a plain file",
         "missing": "cannot be read: No such file",
-        "late.txt": "does not tell of any node",
+        "late.txt": "contains no node",
         "foreign.txt": "it contains no data of a node of the model (it contains /robot/mapper)",
         "folder": "babeltrace2, which is not on the PATH",
     }

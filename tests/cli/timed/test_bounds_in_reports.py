@@ -80,5 +80,5 @@ def test_page(run: Run, model: Path, tmp_path: Path) -> None:
 
 def test_without_time_they_are_unknown(run: Run, model: Path) -> None:
     told = json.loads(run("check", model, "--json").stdout)
-    open = [line for line in told["unknown"] if "which only --time knows" in line]
+    open = [line for line in told["unknown"] if "which requires --time" in line]
     assert len(open) == len(TEXTS)

@@ -135,4 +135,4 @@ def test_a_schedule_needs_no_confirmation(run: Run, race: Path) -> None:
 def test_ctl_has_one_engine(run: Run, race: Path) -> None:
     result = run("verify", race, "--time", "--confirm", "--ctl", "AF (a >= 1)")
     assert result.exit_code == 0
-    assert "not confirmed: only atomic classes tell what can come next" in result.stderr
+    assert "not confirmed: only atomic classes determine the next steps" in result.stderr

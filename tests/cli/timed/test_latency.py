@@ -92,7 +92,7 @@ def test_stored_bounds(run: Run, robot: Path) -> None:
     assert lines[0].startswith(
         "error: property Fast does not hold: tick to log within 0.1; it takes up to 0.15 s"
     )
-    assert lines[1].startswith("error: property Bad cannot be decided: no data goes from callback log")
+    assert lines[1].startswith("error: property Bad cannot be decided: no data flows from callback log")
     found = json.loads(run("check", "--time", "--json", robot).stdout)
     proved = "property Slow holds: tick to log within 0.15 (at most 0.15 s; an instance can be lost)"
     assert proved in found["proved"]
@@ -244,4 +244,4 @@ def test_a_model_without_times_is_refused(run: Run, tmp_path: Path) -> None:
     path = tmp_path / "empty.net"
     path.write_text("tr t p -> q\n")
     found = run("latency", path)
-    assert found.exit_code == 2 and "those of a system model" in found.output
+    assert found.exit_code == 2 and "defined for system models only" in found.output

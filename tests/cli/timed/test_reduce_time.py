@@ -78,7 +78,7 @@ def test_without_time_the_times_are_left_out_with_a_word(run: Run, line: Path, t
     assert "--time keeps them" in result.stdout
     assert "[" not in small.read_text()
     told = json.loads(run("reduce", line, "-o", small, "--json").stdout)
-    assert told["times"]["left_out"].startswith("firing intervals are left out")
+    assert told["times"]["left_out"].startswith("firing intervals are ignored")
 
 
 def test_what_time_does_not_go_with(run: Run, line: Path, tmp_path: Path) -> None:

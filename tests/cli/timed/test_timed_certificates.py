@@ -60,7 +60,10 @@ def test_what_is_about_several_moments_has_none(run: Run, race: Path, tmp_path: 
     file = tmp_path / "c.json"
     result = run("verify", race, "--time", "--ltl", "F (a >= 1)", "--certificate", file)
     assert (result.exit_code, file.exists()) == (0, False)
-    assert f"{file} is not written: no certificate tells of several moments of a run" in result.stderr
+    assert (
+        f"{file} is not written: certificates cannot express properties of several moments of a run"
+        in result.stderr
+    )
 
 
 def test_what_a_check_finds_never_to_happen(run: Run, race: Path, tmp_path: Path) -> None:

@@ -72,7 +72,7 @@ def test_paths_of_the_manifest_stay_inside(workspace: Path, field: str, path: st
     )
     entry = {"node": "cook", "written": digest, "stubs": {}} if field == "developer" else digest
     change(workspace, **{field: {path.format(outside=workspace.parent): entry}})
-    refused(workspace, "leads out of the workspace or to a hidden file")
+    refused(workspace, "is outside of the workspace or a hidden file")
     assert victim.read_bytes() == before
 
 

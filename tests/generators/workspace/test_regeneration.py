@@ -324,7 +324,8 @@ def test_an_edited_file_that_is_generated_no_longer_stays(workspace: Path) -> No
     rename_node(model, "waiter", "head_waiter")
     found = notices(generate(model, workspace, OPTIONS))
     assert any(
-        notice.startswith("src/waiter/README.md: is generated no longer, but was edited") for notice in found
+        notice.startswith("src/waiter/README.md: is not generated any more, but was edited")
+        for notice in found
     )
     assert readme.read_text() == "Mine.\n"
 

@@ -102,7 +102,7 @@ def test_after_an_error_nothing_has_changed(text: str, message: str) -> None:
 
 def test_a_transition_outside_of_node_nets_has_no_signals() -> None:
     transition = sym.Transition(id="free")
-    with pytest.raises(ClauseError, match="'free' stands in no node net"):
+    with pytest.raises(ClauseError, match="'free' is not in a node net"):
         set_clause(transition, "Sensor")
     assert cnf_text(set_clause(transition, "true")) == "true"
 

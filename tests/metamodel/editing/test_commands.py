@@ -156,7 +156,7 @@ def test_where_things_are_drawn(bench: Bench) -> None:
 
 NEW = {"kind": "create", "owner": "@talker", "feature": "objects", "type": "sym.Place"}
 REFUSED: list[tuple[list[dict[str, Any]], str]] = [
-    ([{"kind": "delete", "elements": ["@Button"]}], "the clause of transition 'Say' speaks of input signal"),
+    ([{"kind": "delete", "elements": ["@Button"]}], "the clause of transition 'Say' refers to input signal"),
     ([{"kind": "delete", "elements": ["@greeting"]}], "the model itself cannot be deleted"),
     ([{**NEW, "values": {"id": "Words"}}], "the id 'Words' is that of place 'Words' already"),
     ([{**NEW, "values": {"id": "a b"}}], "has white space"),
@@ -178,7 +178,10 @@ REFUSED: list[tuple[list[dict[str, Any]], str]] = [
     ([{"kind": "set", "element": "@Words", "feature": "tokens", "value": 2**31}], "32 bits"),
     ([{"kind": "set", "element": "@Words", "feature": "kind", "value": "strat"}], "did you mean 'start'"),
     ([{"kind": "set", "element": "@Words", "feature": "name", "value": "a\x00"}], "which files cannot store"),
-    ([{"kind": "set", "element": "@Words", "feature": "page", "value": None}], "not changed in this way"),
+    (
+        [{"kind": "set", "element": "@Words", "feature": "page", "value": None}],
+        "cannot be changed by this command",
+    ),
     ([{"kind": "set", "element": "@Words-Say", "feature": "source", "value": None}], "must have a target"),
     ([{"kind": "set", "element": "e999", "feature": "name", "value": "x"}], "no element has the handle"),
     ([{"kind": "set", "element": "$x", "feature": "name", "value": "x"}], "nothing in this group is called"),

@@ -174,7 +174,7 @@ def test_what_cannot_be_put_elsewhere_says_why() -> None:
             "no template 'servce'.*did you mean.*service",
         ),
         ({"kind": "fill", "token": "e1", "field": "x", "text": "1"}, "carries no data"),
-        ({"kind": "melt"}, "of no known kind"),
+        ({"kind": "melt"}, "has an unknown kind"),
     ):
         with pytest.raises(CommandError, match=said):
             do(editor, operation)

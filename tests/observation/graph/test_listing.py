@@ -160,4 +160,4 @@ def test_a_graph_that_never_rests_is_said_to_change(hasty: None, monkeypatch: py
     graph.unknown = 60.0
     watched = watch(graph).watched
     assert watched is not None and not watched.is_stable
-    assert "and still changing: more may be there than was seen" in str(watched)
+    assert "and the graph was still changing: parts may be missing" in str(watched)

@@ -159,7 +159,7 @@ def test_what_is_open_in_the_code_is_open_in_the_model(tmp_path: Path) -> None:
     )
     found = read(source)
     assert steps(found, "/robot") == {"/in": None, "tick": None}
-    assert len([line for line in found.taken if "as its name is open" in line]) == 1
+    assert len([line for line in found.taken if "because its name is open" in line]) == 1
     assert len([line for line in found.taken if "the period of a timer" in line]) == 1
     assert len(to_model(found.system, found.given).assumed) == 2
 
@@ -245,7 +245,7 @@ def test_people_correct_what_code_says(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("words", "expected"),
     [
-        (("--source", "nowhere"), "there is no such folder"),
+        (("--source", "nowhere"), "folder of source code does not exist"),
         (("--source", ".", "--bag", "b"), "--source cannot be combined with --bag"),
         (("--source", ".", "--domain", "7"), "--domain requires --graph"),
         (("--facts", "f.json"), "--facts requires --source"),

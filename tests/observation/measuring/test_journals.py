@@ -104,7 +104,7 @@ def test_a_breach_in_words() -> None:
         if isinstance(each, Fire):
             kept[number] = replace(each, duration=0.0)
     long = next(each for each in breaches(run) if "OnImage" in each)
-    assert long == "duration-too-long callback OnImage took 83 ms at 12.4 s; at most 20 ms is declared"
+    assert long == "duration-too-long callback OnImage took 83 ms at 12.4 s; declared: at most 20 ms"
 
 
 def test_a_timer_that_strikes_late_although_its_node_is_idle() -> None:

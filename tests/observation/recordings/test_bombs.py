@@ -212,7 +212,7 @@ def test_the_folder_of_these_tests_is_read(tmp_path: Path) -> None:
         ({"relative_file_paths": "[1]"}, "1 is not a name"),
         ({"relative_file_paths": "[..]"}, "is a directory"),
         ({"relative_file_paths": "['']"}, "is a directory"),
-        ({"topics_with_message_count": "7"}, "is not what a recorder writes"),
+        ({"topics_with_message_count": "7"}, "was not written by a recorder"),
         ({"topics_with_message_count": "[{topic_metadata: {}}]"}, "lacks 'serialization_format'"),
         ({"a": "&a {b: 1}"}, None),
         ({"a": "&a {b: 1}", "c": "*a"}, "uses parts of itself again"),

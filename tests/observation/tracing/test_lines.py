@@ -76,7 +76,7 @@ def test_it_fails_after_some_events(folder: Path, tmp_path: Path, monkeypatch: p
 def test_it_says_no_more(before: str, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """So the real one does where the file ``metadata`` is cut off."""
     stand_in(monkeypatch, tmp_path, f"echo $$ > {tmp_path}/id\n{before}\nexec sleep 1000")
-    with pytest.raises(TracingError, match=r"has said nothing for 0\.5 s"):
+    with pytest.raises(TracingError, match=r"has printed nothing for 0\.5 s"):
         list(Tracing(folder, stalled=0.5).events())
     assert not Path(f"/proc/{(tmp_path / 'id').read_text().strip()}").exists()
 

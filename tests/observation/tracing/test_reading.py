@@ -138,7 +138,7 @@ def test_what_is_not_understood_is_counted(tmp_path: Path) -> None:
         (line("1.000000000", "sched_switch").encode(), "holds no event of ROS 2"),
         (
             line("1.000000000", rest="{ 7, 8 }, { 0xa, 0x1 }\n").encode(),
-            "does not tell its process and thread",
+            "has no process and thread",
         ),
         (line("1.000000000", rest="{ vpid = 7 }, { publisher_handle = 0xa }\n").encode(), "vpid, vtid"),
     ],

@@ -124,7 +124,7 @@ def test_what_names_no_line_is_none(
         for wrong in ("seven", "-1", "1" * 400, str(reading), str(internet.fileno())):
             monkeypatch.setenv(LINE, wrong)
             assert inherited_line() is None
-            assert "names no line to a supervisor" in caplog.text
+            assert "does not name a connection to a supervisor" in caplog.text
             caplog.clear()
         assert internet.fileno() >= 0
         os.fstat(internet.fileno())  # still open

@@ -122,7 +122,7 @@ def test_a_process_that_stands_still_keeps_nobody_waiting(tmp_path: Path) -> Non
             with pytest.raises(SteeringError, match=r"talker does not answer \(it may still carry it out\)"):
                 remote.pause("for a test")
             for _ in range(1000):  # these are not even said: the first one is still to be answered
-                with pytest.raises(SteeringError, match="has not answered yet"):
+                with pytest.raises(SteeringError, match="has not answered the previous request"):
                     remote.proceed()
             until(lambda: remote.look() == SILENT)
         finally:
@@ -147,9 +147,9 @@ def test_a_process_that_says_nonsense_is_no_longer_heard(
     with supervised(tmp_path, GARBLING) as (remote, _):
         remote.look()
         until(lambda: remote.look() == SILENT)
-        with pytest.raises(SteeringError, match="does not answer any more"):
+        with pytest.raises(SteeringError, match="no longer answers"):
             remote.proceed()
-        until(lambda: "talker can no longer be steered: its process says no answer" in caplog.text)
+        until(lambda: "talker can no longer be controlled: its process reports no answer" in caplog.text)
 
 
 def test_how_a_process_ended_is_told() -> None:

@@ -230,7 +230,7 @@ def test_checkpoints_of_earlier_versions_have_one_request(tmp_path: Path) -> Non
     assert again.ids() == [1]
     again.node.close()
     checkpoint["requests"] = {"s/c": [7]}  # type: ignore[list-item]
-    with pytest.raises(DinerosError, match="a request that is none"):
+    with pytest.raises(DinerosError, match="a malformed request"):
         Asking(asking_model(timeout=5.0), resume=checkpoint)
 
 

@@ -118,9 +118,9 @@ def test_give_sets_the_tokens_of_single_places() -> None:
         ({"count": True}, "count takes an integer"),
         ({"count": 2**63}, "count takes an integer"),
         ({"weight": float("nan")}, "weight takes a finite number"),
-        ({"color": "re\0d"}, "color takes a text without NUL"),  # ROS sends a text up to its first NUL
-        ({"notes": ["\0"]}, "an element of notes takes a text without NUL"),
-        ({"marks": {"\0": 2}}, "a key of marks takes a text without NUL"),
+        ({"color": "re\0d"}, "color takes a string without NUL"),  # ROS sends a text up to its first NUL
+        ({"notes": ["\0"]}, "an element of notes takes a string without NUL"),
+        ({"marks": {"\0": 2}}, "a key of marks takes a string without NUL"),
         ({"done": 1}, "done takes a boolean"),
         ({"pose": [1.0]}, "pose takes 2 elements, not 1"),
         ({"notes": "abc"}, "notes takes a list"),

@@ -117,7 +117,7 @@ def test_large_messages_stop_at_a_size(
         assert [engine.count(places.index(name)) for name in ("Heard", "Noted")] == [10, 10]
         assert {each.element for each in watch.look().concerns} >= {"Noted", "Heard"}
         told = [each.getMessage() for each in caplog.records]
-        assert "place Noted holds 64 MiB in 10 tokens, and gets no more" in str(told)
+        assert "place Noted holds 64 MiB in 10 tokens and accepts no more" in str(told)
         listener.signal("Broom").set(True)
         while application.step():
             pass

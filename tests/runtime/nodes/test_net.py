@@ -125,7 +125,7 @@ def test_a_net_has_one_node() -> None:
 def test_waiting_in_vain() -> None:
     with (
         Net(tiny({"go": "a -> b"}, {"a": 1})) as net,
-        pytest.raises(TimeoutError, match=r"did not get there in 0\.05 s"),
+        pytest.raises(TimeoutError, match=r"did not reach this state in 0\.05 s"),
     ):
         net.wait_for(lambda state: state.count("b") == 2, timeout=0.05)
 

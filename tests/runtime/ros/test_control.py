@@ -92,7 +92,7 @@ def test_a_blocked_node_says_so_and_ends(ros: Ros) -> None:
     )
     assert "time.sleep(3600)" in state["blocked"]["stack"]
     assert terminate(office) == 0
-    assert office.output().count("the handler send of TSend has kept the node office from all else") == 1
+    assert office.output().count("the handler send of TSend has blocked the node office") == 1
     error, stop = ros.records("office")[-2:]
     assert (error["event"], error["transition"], error["policy"]) == ("error", "TSend", None)
     assert (stop["event"], stop["reason"]) == ("stop", "signal")

@@ -55,7 +55,7 @@ def test_a_handler_that_blocks_is_named_once_with_its_stack(
         assert (net.status.state, net.status.blocked) == ("running", None)
     errors = [record.getMessage() for record in caplog.records if record.levelno == logging.ERROR]
     assert len(errors) == 1
-    assert "the handler close_gripper of pick has kept the node node from all else for 0." in errors[0]
+    assert "the handler close_gripper of pick has blocked the node node for 0." in errors[0]
     assert "gate.wait(SECONDS)" in errors[0]
     assert "the handler close_gripper of pick has returned after" in caplog.text
 
@@ -137,5 +137,5 @@ def test_a_handler_that_returns_in_time_is_waited_for() -> None:
 
 
 def test_a_watchdog_takes_seconds() -> None:
-    with pytest.raises(DinerosError, match="takes seconds above 0, not -1"):
+    with pytest.raises(DinerosError, match="must be above 0 s, not -1"):
         Net(tiny({"go": "a -> b"}), watchdog=-1)

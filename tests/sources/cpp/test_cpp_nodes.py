@@ -162,7 +162,7 @@ def test_code_that_is_not_there_and_gets_the_node_is_named(tmp_path: Path) -> No
     """What only reads parameters is not."""
     facts = _read(tmp_path, STATES + HELPERS)
     (line,) = [each for each in facts.unread if "gets the node" in each]
-    assert "vendor::Driver gets the node; its code is not in the folder" in line
+    assert "vendor::Driver receives the node, but its code is not in the folder" in line
 
 
 def test_a_camera_is_heard_and_its_callback_read(tmp_path: Path) -> None:

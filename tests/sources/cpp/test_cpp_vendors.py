@@ -98,7 +98,7 @@ def test_a_node_of_a_vendor_that_is_spun_is_named(
     tmp_path: Path, kind: str, is_known: bool, spin: str
 ) -> None:
     lines = _lines(tmp_path, MAIN.replace("KIND", kind).replace("SPIN", spin))
-    wanted = f"{kind} is spun as a node, but its code or that of its base is not in the folder"
+    wanted = f"{kind} is spun as a node, but its code or that of its base class is not in the folder"
     assert len([line for line in lines if wanted in line]) == (not is_known)
 
 
@@ -106,7 +106,7 @@ def test_a_node_of_a_vendor_that_is_spun_is_named(
     ("plugin", "wanted"),
     [
         ("Plain", []),
-        ("Driver", ["a.cpp: the component Driver is no node that can be read"]),
+        ("Driver", ["a.cpp: the component Driver is not a node that can be read"]),
         ("vendor::Driver", ["a.cpp: the component vendor::Driver is not in the folder"]),
     ],
 )

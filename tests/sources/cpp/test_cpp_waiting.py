@@ -222,7 +222,7 @@ def test_a_lock_that_is_held_already_is_found(tmp_path: Path) -> None:
     (found,) = code_findings([(str(tmp_path), read_source(tmp_path))])
     assert (found.rule, found.severity) == ("code-waits-for-itself", "error")
     assert "onIn" in found.message
-    assert "locks m_, which it holds already" in found.message
+    assert "locks m_, which it already holds" in found.message
 
 
 @pytest.mark.parametrize(

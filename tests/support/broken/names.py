@@ -332,8 +332,8 @@ def state_of_a_node(small: Small) -> None:
 
 @CASES.breaks(
     "channel-name-reserved",
-    "topic channel 'chatter' has the reserved name /chatter/_messages, because _messages stands for what "
-    "belongs to another name",
+    "topic channel 'chatter' has the reserved name /chatter/_messages, because _messages is a "
+    "placeholder for another name",
     _RENAME,
 )
 def companion_of_a_topic(small: Small) -> None:

@@ -196,8 +196,8 @@ def timed_without_interval(small: Small) -> None:
 
 @CASES.breaks(
     "timer-outside-server-page",
-    "callback page 'often' is called by a timer but stands on the server page 'work': there is one timer for "
-    "all instances",
+    "callback page 'often' is called by a timer but is on the server page 'work': all instances have "
+    "one timer in common",
     "put it next to the server page",
 )
 def timer_on_a_server_page(small: Small) -> None:

@@ -28,5 +28,5 @@ def test_every_element_counts(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(VARIABLE, f"elements={2 * made}")
     flatten(small.net)
     monkeypatch.setenv(VARIABLE, f"elements={made // 3}")
-    with pytest.raises(SizeLimitError, match="the rules make more than"):
+    with pytest.raises(SizeLimitError, match="the rules create more than"):
         flatten(small.net)

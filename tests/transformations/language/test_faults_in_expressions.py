@@ -129,17 +129,17 @@ FAULTS: Faults = {
     ),
     "comparison of elements of unrelated classes": (
         RULE.format("where = [port.place == channel]  #!"),
-        "compares what can never be equal",
+        "compares values that can never be equal",
         "",
     ),
     "comparison of a number with a text": (
         RULE.format("where = [port.limit == 'three']  #!"),
-        "compares what can never be equal",
+        "compares values that can never be equal",
         "",
     ),
     "order of elements": (
         RULE.format("where = [port < channel]  #!"),
-        "compares what can never be equal",
+        "compares values that can never be equal",
         "",
     ),
     "other kind of default": (
@@ -148,7 +148,7 @@ FAULTS: Faults = {
         "",
     ),
     "counting a single value": (RULE.format("many = count(port.place)  #!"), "cannot be counted", ""),
-    "first of a single value": (RULE.format("one = first(port.place)  #!"), "has no first one", ""),
+    "first of a single value": (RULE.format("one = first(port.place)  #!"), "has no first element", ""),
     "counting up to a text": (
         RULE.format("step = Index(upto=channel.topic)  #!"),
         "not a number to count up to",
@@ -225,7 +225,7 @@ FAULTS: Faults = {
     ),
     "literal of another enumeration": (
         RULE.format("joint = Node(pn.Arc)\n    where = [joint.kind == sym.PlaceKind.start]  #!"),
-        "compares what can never be equal",
+        "compares values that can never be equal",
         "",
     ),
     "lookup of a misspelt role": (
@@ -235,12 +235,12 @@ FAULTS: Faults = {
     ),
     "lookup of a role of no rule": (
         "loose = place('loose')\n" + RULE.format("topic = Made(loose, of=channel)  #!"),
-        "no rule makes Place",
+        "no rule creates Place",
         "",
     ),
     "lookup of a model class": (
         RULE.format("topic = Made(pn.Place, of=channel)  #!"),
-        "no rule makes",
+        "no rule creates",
         "",
     ),
     "lookup by what the maker never matches": (

@@ -142,7 +142,7 @@ FAULTS: Faults = {
         "    def __init__(self):\n"
         "        super().__init__()  #!\n"
         "        self.one = place('one')\n" + RULE.format("half = Half()").replace("[*lhs]", "[*lhs, *half]"),
-        "Half does not make two",
+        "Half does not create two",
         "",
     ),
     "group without its star": (

@@ -170,7 +170,7 @@ def test_an_editor_without_a_program_says_so(file: Path) -> None:
     document = Document(file)
     try:
         answer = Session(document).hear('{"number":1,"ask":"work","action":"start","order":{}}', "abcdefgh")
-        assert "nothing can be done" in answer.own[0]
+        assert "this editor cannot run commands" in answer.own[0]
     finally:
         document.close()
 

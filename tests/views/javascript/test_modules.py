@@ -74,7 +74,7 @@ def test_circles_are_refused(tmp_path: Path) -> None:
 )
 def test_other_forms_are_refused(tmp_path: Path, line: str) -> None:
     write(tmp_path, a=f"const a = 1;\n{line}\n", b="export const b = 1;\n")
-    with pytest.raises(ValueError, match=r"a\.js: not a form"):
+    with pytest.raises(ValueError, match=r"a\.js: unsupported form"):
         linked("a.js", tmp_path)
 
 

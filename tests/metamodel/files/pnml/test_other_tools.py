@@ -265,7 +265,7 @@ REFUSED = {
         "<place> 'p' gives its marking twice: '2' and '1'",
         5,
     ),
-    "two weights in two forms": (page(arc='weight="2" inscription="3"'), "says its weight twice", 7),
+    "two weights in two forms": (page(arc='weight="2" inscription="3"'), "gives its weight twice", 7),
     "delay of nothing": (page(intransition="<delay/>"), "<delay> holds one <interval>", 6),
     "empty delay": (
         page(intransition=mathml("closed", "<cn>4</cn>", "<cn>3</cn>")),

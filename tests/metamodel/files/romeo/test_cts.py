@@ -137,7 +137,7 @@ def step(
         (step("P >= 1 or Q >= 1"), "unexpected 'or'"),
         (step("(P >= 1 and Q < 2"), "unexpected '{'"),
         (step("Q < 0 and P >= 1"), "Q < 0 is never true"),
-        (step(effect="P = 0;"), "unexpected '0': 'P' is expected (what a transition does is read as"),
+        (step(effect="P = 0;"), "unexpected '0': 'P' is expected (only changes such as"),
         (step(effect="P = P - 2;"), "transition 'T' takes tokens from 'P', which 'intermediate' keeps"),
         (step(options="cost=1"), "transition 'T' takes tokens from 'P', which 'intermediate' keeps"),
         (step("true"), "takes 1 from 'P', and its guard asks for 0 (write P >= 1)"),
@@ -145,7 +145,7 @@ def step(
         (step(effect="if (P > 1) { P = P - 1; }"), "there is no place 'if'"),
         (
             step() + " check EF (P == 0) transition U [0,1] when (true) { }",
-            "'transition' stands behind 'check'",
+            "'transition' follows 'check'",
         ),
         (step() + " {", "a transition, or a formula to check is expected"),
         (step()[:-1], "unexpected the end of the file"),

@@ -66,7 +66,7 @@ def test_a_period_is_a_positive_number(ros: Ros) -> None:
     lines = said.splitlines()
     assert len(lines) == 7
     assert {line.partition(":")[0] for line in lines} == {
-        "the parameter periods.OnTimer cannot have the value it was given"
+        "the parameter periods.OnTimer cannot have the given value"
     }
 
 

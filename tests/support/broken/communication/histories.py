@@ -42,7 +42,7 @@ def nothing_in_hand(small: Small) -> None:
 
 @CASES.breaks(
     "in-hand-or-capacity",
-    "subscriber port 'Heard' of topic channel 'chatter' says how many messages are in hand, "
+    "subscriber port 'Heard' of topic channel 'chatter' gives the number of messages in hand, "
     "and its place 'Heard' has a capacity",
     "give only one of the two",
 )

@@ -81,8 +81,8 @@ def subscriber_on_a_server_page(small: Small) -> None:
 
 @CASES.breaks(
     "mapped-field-known",
-    "field mapping 'data' of topic channel 'chatter' maps to the token field 'tga', which is none "
-    "of the token type",
+    "field mapping 'data' of topic channel 'chatter' maps to the token field 'tga', which the token "
+    "type does not have",
     "did you mean 'tag'?",
 )
 def misspelt_field(small: Small) -> None:
@@ -91,8 +91,8 @@ def misspelt_field(small: Small) -> None:
 
 @CASES.breaks(
     "mapped-field-known",
-    "field mapping 'data' of topic channel 'chatter' maps to the token field 'size', which is none "
-    "of the token type",
+    "field mapping 'data' of topic channel 'chatter' maps to the token field 'size', which the token "
+    "type does not have",
     "use a field of the token type or add this one",
 )
 def no_such_field(small: Small) -> None:

@@ -115,7 +115,7 @@ def nobody_told(small: Small) -> None:
 @CASES.breaks(
     "timed-out-begins-no-callback",
     f"{CLIENT} names the place 'Late' for time-outs on callback page 'later', "
-    "which a time-out does not begin",
+    "which a time-out does not start",
     "put the place on the callback page that asks, or on none",
 )
 def another_callback_told(small: Small) -> None:

@@ -210,7 +210,7 @@ def response_inside(small: Small) -> None:
 @CASES.breaks(
     "client-not-shared-by-instances",
     "client port 'clistener' of service channel 'other' puts its responses on a place that all instances of "
-    "the server page 'serve' share: one may get the answer to another",
+    "the server page 'serve' share: one instance may take the response to another",
     "put its request and response on the server page: each instance then has its own",
 )
 def shared_client(small: Small) -> None:
