@@ -157,8 +157,13 @@ def _wrong_value(self: EObject, feature: Any, value: object) -> FeatureValueErro
     return FeatureValueError(f"{type(self).__name__}.{feature.name} takes {many}{expected}, not {shown}")
 
 
-def initialise(self: EObject, values: dict[str, Any], unknown: dict[str, Any]) -> None:
+def initialise(values: dict[str, Any]) -> None:
     """Set the features given to a constructor, attributes before references.
+
+    Parameters
+    ----------
+    values : dict
+        The local variables of the constructor: ``self``, its features, and ``unknown``, the other keywords.
 
     Raises
     ------
@@ -167,8 +172,10 @@ def initialise(self: EObject, values: dict[str, Any], unknown: dict[str, Any]) -
     FeatureValueError
         A value does not fit its feature's type.
     """
-    for name, value in unknown.items():
+    self: EObject = values.pop("self")
+    for name, value in values.pop("unknown").items():
         refuse_unknown(self, name, value)
+    values.pop("__class__", None)  # of a constructor that names `super`
     plan = _plan_of(type(self))
     for name, value in values.items():
         if value is None:

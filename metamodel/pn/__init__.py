@@ -149,19 +149,7 @@ class Element(EObject, metaclass=MetaEClass):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "id": id,
-                "name": name,
-                "sourceLine": sourceLine,
-                "graphics": graphics,
-                "labels": labels,
-                "toolInfos": toolInfos,
-                "suppressions": suppressions,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class Point(EObject, metaclass=MetaEClass):
@@ -184,14 +172,7 @@ class Point(EObject, metaclass=MetaEClass):
 
     def __init__(self, *, x: float | None = None, y: float | None = None, **unknown: Never) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "x": x,
-                "y": y,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class Graphics(EObject, metaclass=MetaEClass):
@@ -228,16 +209,7 @@ class Graphics(EObject, metaclass=MetaEClass):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "positions": positions,
-                "offset": offset,
-                "dimension": dimension,
-                "style": style,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class Label(EObject, metaclass=MetaEClass):
@@ -270,15 +242,7 @@ class Label(EObject, metaclass=MetaEClass):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "kind": kind,
-                "graphics": graphics,
-                "toolInfos": toolInfos,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class ToolInfo(EObject, metaclass=MetaEClass):
@@ -311,15 +275,7 @@ class ToolInfo(EObject, metaclass=MetaEClass):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "tool": tool,
-                "version": version,
-                "content": content,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class Suppression(EObject, metaclass=MetaEClass):
@@ -352,15 +308,7 @@ class Suppression(EObject, metaclass=MetaEClass):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "rule": rule,
-                "reason": reason,
-                "until": until,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class TimeInterval(EObject, metaclass=MetaEClass):
@@ -401,17 +349,7 @@ class TimeInterval(EObject, metaclass=MetaEClass):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "earliest": earliest,
-                "latest": latest,
-                "earliestExcluded": earliestExcluded,
-                "latestExcluded": latestExcluded,
-                "source": source,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class Net(Element):
@@ -439,20 +377,7 @@ class Net(Element):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "id": id,
-                "name": name,
-                "sourceLine": sourceLine,
-                "graphics": graphics,
-                "labels": labels,
-                "toolInfos": toolInfos,
-                "suppressions": suppressions,
-                "pages": pages,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 @Ecore.abstract
@@ -481,20 +406,7 @@ class PageObject(Element):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "id": id,
-                "name": name,
-                "sourceLine": sourceLine,
-                "graphics": graphics,
-                "labels": labels,
-                "toolInfos": toolInfos,
-                "suppressions": suppressions,
-                "page": page,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class Arc(Element):
@@ -538,24 +450,7 @@ class Arc(Element):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "id": id,
-                "name": name,
-                "sourceLine": sourceLine,
-                "graphics": graphics,
-                "labels": labels,
-                "toolInfos": toolInfos,
-                "suppressions": suppressions,
-                "page": page,
-                "source": source,
-                "target": target,
-                "weight": weight,
-                "kind": kind,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class Page(PageObject):
@@ -592,23 +487,7 @@ class Page(PageObject):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "id": id,
-                "name": name,
-                "sourceLine": sourceLine,
-                "graphics": graphics,
-                "labels": labels,
-                "toolInfos": toolInfos,
-                "suppressions": suppressions,
-                "page": page,
-                "net": net,
-                "objects": objects,
-                "arcs": arcs,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 @Ecore.abstract
@@ -642,22 +521,7 @@ class Node(PageObject):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "id": id,
-                "name": name,
-                "sourceLine": sourceLine,
-                "graphics": graphics,
-                "labels": labels,
-                "toolInfos": toolInfos,
-                "suppressions": suppressions,
-                "page": page,
-                "outgoing": outgoing,
-                "incoming": incoming,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 @Ecore.abstract
@@ -680,22 +544,7 @@ class PlaceNode(Node):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "id": id,
-                "name": name,
-                "sourceLine": sourceLine,
-                "graphics": graphics,
-                "labels": labels,
-                "toolInfos": toolInfos,
-                "suppressions": suppressions,
-                "page": page,
-                "outgoing": outgoing,
-                "incoming": incoming,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 @Ecore.abstract
@@ -718,22 +567,7 @@ class TransitionNode(Node):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "id": id,
-                "name": name,
-                "sourceLine": sourceLine,
-                "graphics": graphics,
-                "labels": labels,
-                "toolInfos": toolInfos,
-                "suppressions": suppressions,
-                "page": page,
-                "outgoing": outgoing,
-                "incoming": incoming,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class Place(PlaceNode):
@@ -768,24 +602,7 @@ class Place(PlaceNode):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "id": id,
-                "name": name,
-                "sourceLine": sourceLine,
-                "graphics": graphics,
-                "labels": labels,
-                "toolInfos": toolInfos,
-                "suppressions": suppressions,
-                "page": page,
-                "outgoing": outgoing,
-                "incoming": incoming,
-                "tokens": tokens,
-                "capacity": capacity,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class Transition(TransitionNode):
@@ -820,24 +637,7 @@ class Transition(TransitionNode):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "id": id,
-                "name": name,
-                "sourceLine": sourceLine,
-                "graphics": graphics,
-                "labels": labels,
-                "toolInfos": toolInfos,
-                "suppressions": suppressions,
-                "page": page,
-                "outgoing": outgoing,
-                "incoming": incoming,
-                "interval": interval,
-                "overrides": overrides,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class ReferencePlace(PlaceNode):
@@ -868,23 +668,7 @@ class ReferencePlace(PlaceNode):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "id": id,
-                "name": name,
-                "sourceLine": sourceLine,
-                "graphics": graphics,
-                "labels": labels,
-                "toolInfos": toolInfos,
-                "suppressions": suppressions,
-                "page": page,
-                "outgoing": outgoing,
-                "incoming": incoming,
-                "target": target,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class ReferenceTransition(TransitionNode):
@@ -915,23 +699,7 @@ class ReferenceTransition(TransitionNode):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "id": id,
-                "name": name,
-                "sourceLine": sourceLine,
-                "graphics": graphics,
-                "labels": labels,
-                "toolInfos": toolInfos,
-                "suppressions": suppressions,
-                "page": page,
-                "outgoing": outgoing,
-                "incoming": incoming,
-                "target": target,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 resolve_references(

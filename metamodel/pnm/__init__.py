@@ -117,15 +117,7 @@ class PlaceInvariant(EObject, metaclass=MetaEClass):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "name": name,
-                "value": value,
-                "terms": terms,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class InvariantTerm(EObject, metaclass=MetaEClass):
@@ -148,14 +140,7 @@ class InvariantTerm(EObject, metaclass=MetaEClass):
 
     def __init__(self, *, place: pn.Place | None = None, weight: int | None = None, **unknown: Never) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "place": place,
-                "weight": weight,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class PetriNetModel(pn.Net):
@@ -198,24 +183,7 @@ class PetriNetModel(pn.Net):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "id": id,
-                "name": name,
-                "sourceLine": sourceLine,
-                "graphics": graphics,
-                "labels": labels,
-                "toolInfos": toolInfos,
-                "suppressions": suppressions,
-                "pages": pages,
-                "systemModel": systemModel,
-                "signals": signals,
-                "overflow": overflow,
-                "certificate": certificate,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class Sheet(pn.Page):
@@ -238,23 +206,7 @@ class Sheet(pn.Page):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "id": id,
-                "name": name,
-                "sourceLine": sourceLine,
-                "graphics": graphics,
-                "labels": labels,
-                "toolInfos": toolInfos,
-                "suppressions": suppressions,
-                "page": page,
-                "net": net,
-                "objects": objects,
-                "arcs": arcs,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 resolve_references(

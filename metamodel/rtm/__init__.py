@@ -79,15 +79,7 @@ class PlacePort(EObject, metaclass=MetaEClass):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "channel": channel,
-                "type": type,
-                "mappings": mappings,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class PublisherPort(PlacePort):
@@ -119,18 +111,7 @@ class PublisherPort(PlacePort):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "channel": channel,
-                "type": type,
-                "mappings": mappings,
-                "topic": topic,
-                "limit": limit,
-                "qos": qos,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class SubscriberPort(PlacePort):
@@ -175,21 +156,7 @@ class SubscriberPort(PlacePort):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "channel": channel,
-                "type": type,
-                "mappings": mappings,
-                "topic": topic,
-                "limit": limit,
-                "dispatcherLimit": dispatcherLimit,
-                "inHand": inHand,
-                "missed": missed,
-                "qos": qos,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class ClientPort(PlacePort):
@@ -233,21 +200,7 @@ class ClientPort(PlacePort):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "channel": channel,
-                "type": type,
-                "mappings": mappings,
-                "service": service,
-                "client": client,
-                "response": response,
-                "outstanding": outstanding,
-                "timeout": timeout,
-                "timedOut": timedOut,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class ServerPort(PlacePort):
@@ -291,21 +244,7 @@ class ServerPort(PlacePort):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "channel": channel,
-                "type": type,
-                "mappings": mappings,
-                "service": service,
-                "exit": exit,
-                "page": page,
-                "instances": instances,
-                "depth": depth,
-                "outstanding": outstanding,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class ActionClientPort(PlacePort):
@@ -369,26 +308,7 @@ class ActionClientPort(PlacePort):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "channel": channel,
-                "type": type,
-                "mappings": mappings,
-                "action": action,
-                "client": client,
-                "succeeded": succeeded,
-                "aborted": aborted,
-                "canceled": canceled,
-                "accepted": accepted,
-                "rejected": rejected,
-                "cancel": cancel,
-                "feedback": feedback,
-                "outstanding": outstanding,
-                "depth": depth,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class ActionServerPort(PlacePort):
@@ -448,25 +368,7 @@ class ActionServerPort(PlacePort):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "channel": channel,
-                "type": type,
-                "mappings": mappings,
-                "action": action,
-                "page": page,
-                "succeeded": succeeded,
-                "aborted": aborted,
-                "canceled": canceled,
-                "cancel": cancel,
-                "feedback": feedback,
-                "mayReject": mayReject,
-                "instances": instances,
-                "depth": depth,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class RuntimeModel(pn.Net):
@@ -511,25 +413,7 @@ class RuntimeModel(pn.Net):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "id": id,
-                "name": name,
-                "sourceLine": sourceLine,
-                "graphics": graphics,
-                "labels": labels,
-                "toolInfos": toolInfos,
-                "suppressions": suppressions,
-                "pages": pages,
-                "node": node,
-                "tokenType": tokenType,
-                "otherTokenTypes": otherTokenTypes,
-                "systemModel": systemModel,
-                "middleware": middleware,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class Place(sym.Place):
@@ -565,28 +449,7 @@ class Place(sym.Place):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "id": id,
-                "name": name,
-                "sourceLine": sourceLine,
-                "graphics": graphics,
-                "labels": labels,
-                "toolInfos": toolInfos,
-                "suppressions": suppressions,
-                "page": page,
-                "outgoing": outgoing,
-                "incoming": incoming,
-                "tokens": tokens,
-                "capacity": capacity,
-                "balloons": balloons,
-                "kind": kind,
-                "tokenType": tokenType,
-                "ports": ports,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 resolve_references(

@@ -403,15 +403,7 @@ class DefaultTimes(EObject, metaclass=MetaEClass):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "latency": latency,
-                "duration": duration,
-                "reaction": reaction,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class Lifecycle(EObject, metaclass=MetaEClass):
@@ -466,20 +458,7 @@ class Lifecycle(EObject, metaclass=MetaEClass):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "deactivates": deactivates,
-                "cleansUp": cleansUp,
-                "shutsDown": shutsDown,
-                "configureFails": configureFails,
-                "activateFails": activateFails,
-                "pauses": pauses,
-                "configureStep": configureStep,
-                "activateStep": activateStep,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class BalloonToken(EObject, metaclass=MetaEClass):
@@ -499,13 +478,7 @@ class BalloonToken(EObject, metaclass=MetaEClass):
 
     def __init__(self, *, data: str | None = None, **unknown: Never) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "data": data,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class SignalValue(EObject, metaclass=MetaEClass):
@@ -530,14 +503,7 @@ class SignalValue(EObject, metaclass=MetaEClass):
         self, *, signal: InputSignal | None = None, name: str | None = None, **unknown: Never
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "signal": signal,
-                "name": name,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class InputClause(EObject, metaclass=MetaEClass):
@@ -574,16 +540,7 @@ class InputClause(EObject, metaclass=MetaEClass):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "transition": transition,
-                "name": name,
-                "text": text,
-                "disjunctions": disjunctions,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class Disjunction(EObject, metaclass=MetaEClass):
@@ -612,14 +569,7 @@ class Disjunction(EObject, metaclass=MetaEClass):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "clause": clause,
-                "literals": literals,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class Literal(EObject, metaclass=MetaEClass):
@@ -656,16 +606,7 @@ class Literal(EObject, metaclass=MetaEClass):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "disjunction": disjunction,
-                "signal": signal,
-                "negated": negated,
-                "value": value,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class TokenField(EObject, metaclass=MetaEClass):
@@ -726,22 +667,7 @@ class TokenField(EObject, metaclass=MetaEClass):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "name": name,
-                "kind": kind,
-                "elementKind": elementKind,
-                "length": length,
-                "default": default,
-                "ros": ros,
-                "bound": bound,
-                "minimum": minimum,
-                "maximum": maximum,
-                "values": values,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class FieldMapping(EObject, metaclass=MetaEClass):
@@ -774,15 +700,7 @@ class FieldMapping(EObject, metaclass=MetaEClass):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "part": part,
-                "messageField": messageField,
-                "tokenField": tokenField,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class QualityOfService(EObject, metaclass=MetaEClass):
@@ -827,18 +745,7 @@ class QualityOfService(EObject, metaclass=MetaEClass):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "reliability": reliability,
-                "durability": durability,
-                "deadline": deadline,
-                "lifespan": lifespan,
-                "liveliness": liveliness,
-                "leaseDuration": leaseDuration,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 @Ecore.abstract
@@ -882,17 +789,7 @@ class TopicPort(EObject, metaclass=MetaEClass):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "place": place,
-                "limit": limit,
-                "qos": qos,
-                "assumed": assumed,
-                "latency": latency,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class Dispatcher(EObject, metaclass=MetaEClass):
@@ -925,15 +822,7 @@ class Dispatcher(EObject, metaclass=MetaEClass):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "channel": channel,
-                "node": node,
-                "limit": limit,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class ServerPort(EObject, metaclass=MetaEClass):
@@ -970,16 +859,7 @@ class ServerPort(EObject, metaclass=MetaEClass):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "channel": channel,
-                "entry": entry,
-                "exit": exit,
-                "page": page,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class ClientPort(EObject, metaclass=MetaEClass):
@@ -1044,22 +924,7 @@ class ClientPort(EObject, metaclass=MetaEClass):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "channel": channel,
-                "client": client,
-                "request": request,
-                "response": response,
-                "group": group,
-                "outstanding": outstanding,
-                "timeout": timeout,
-                "timedOut": timedOut,
-                "waitsForService": waitsForService,
-                "latency": latency,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class ActionServerPort(EObject, metaclass=MetaEClass):
@@ -1119,21 +984,7 @@ class ActionServerPort(EObject, metaclass=MetaEClass):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "channel": channel,
-                "page": page,
-                "entry": entry,
-                "succeeded": succeeded,
-                "aborted": aborted,
-                "canceled": canceled,
-                "cancel": cancel,
-                "feedback": feedback,
-                "mayReject": mayReject,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class ActionClientPort(EObject, metaclass=MetaEClass):
@@ -1209,25 +1060,7 @@ class ActionClientPort(EObject, metaclass=MetaEClass):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "channel": channel,
-                "client": client,
-                "goal": goal,
-                "succeeded": succeeded,
-                "aborted": aborted,
-                "canceled": canceled,
-                "accepted": accepted,
-                "rejected": rejected,
-                "cancel": cancel,
-                "feedback": feedback,
-                "group": group,
-                "outstanding": outstanding,
-                "latency": latency,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class CallbackGroup(pn.Element):
@@ -1261,21 +1094,7 @@ class CallbackGroup(pn.Element):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "id": id,
-                "name": name,
-                "sourceLine": sourceLine,
-                "graphics": graphics,
-                "labels": labels,
-                "toolInfos": toolInfos,
-                "suppressions": suppressions,
-                "kind": kind,
-                "priority": priority,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class InputSignal(pn.Element):
@@ -1319,24 +1138,7 @@ class InputSignal(pn.Element):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "id": id,
-                "name": name,
-                "sourceLine": sourceLine,
-                "graphics": graphics,
-                "labels": labels,
-                "toolInfos": toolInfos,
-                "suppressions": suppressions,
-                "node": node,
-                "initial": initial,
-                "values": values,
-                "start": start,
-                "literals": literals,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class TokenType(pn.Element):
@@ -1368,21 +1170,7 @@ class TokenType(pn.Element):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "id": id,
-                "name": name,
-                "sourceLine": sourceLine,
-                "graphics": graphics,
-                "labels": labels,
-                "toolInfos": toolInfos,
-                "suppressions": suppressions,
-                "fields": fields,
-                "ros": ros,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 @Ecore.abstract
@@ -1434,25 +1222,7 @@ class Channel(pn.Element):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "id": id,
-                "name": name,
-                "sourceLine": sourceLine,
-                "graphics": graphics,
-                "labels": labels,
-                "toolInfos": toolInfos,
-                "suppressions": suppressions,
-                "model": model,
-                "canvas": canvas,
-                "type": type,
-                "mappings": mappings,
-                "assumed": assumed,
-                "latency": latency,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class PublisherPort(TopicPort):
@@ -1478,18 +1248,7 @@ class PublisherPort(TopicPort):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "place": place,
-                "limit": limit,
-                "qos": qos,
-                "assumed": assumed,
-                "latency": latency,
-                "channel": channel,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class SubscriberPort(TopicPort):
@@ -1530,21 +1289,7 @@ class SubscriberPort(TopicPort):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "place": place,
-                "limit": limit,
-                "qos": qos,
-                "assumed": assumed,
-                "latency": latency,
-                "channel": channel,
-                "inHand": inHand,
-                "newestOnly": newestOnly,
-                "missed": missed,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class Property(pn.Element):
@@ -1586,23 +1331,7 @@ class Property(pn.Element):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "id": id,
-                "name": name,
-                "sourceLine": sourceLine,
-                "graphics": graphics,
-                "labels": labels,
-                "toolInfos": toolInfos,
-                "suppressions": suppressions,
-                "text": text,
-                "language": language,
-                "signals": signals,
-                "expected": expected,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 @Ecore.abstract
@@ -1622,19 +1351,7 @@ class Assumption(pn.Element):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "id": id,
-                "name": name,
-                "sourceLine": sourceLine,
-                "graphics": graphics,
-                "labels": labels,
-                "toolInfos": toolInfos,
-                "suppressions": suppressions,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class SystemModel(pn.Net):
@@ -1692,28 +1409,7 @@ class SystemModel(pn.Net):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "id": id,
-                "name": name,
-                "sourceLine": sourceLine,
-                "graphics": graphics,
-                "labels": labels,
-                "toolInfos": toolInfos,
-                "suppressions": suppressions,
-                "pages": pages,
-                "tokenType": tokenType,
-                "otherTokenTypes": otherTokenTypes,
-                "channels": channels,
-                "middleware": middleware,
-                "properties": properties,
-                "assumptions": assumptions,
-                "finalCondition": finalCondition,
-                "times": times,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class TopicChannel(Channel):
@@ -1763,30 +1459,7 @@ class TopicChannel(Channel):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "id": id,
-                "name": name,
-                "sourceLine": sourceLine,
-                "graphics": graphics,
-                "labels": labels,
-                "toolInfos": toolInfos,
-                "suppressions": suppressions,
-                "model": model,
-                "canvas": canvas,
-                "type": type,
-                "mappings": mappings,
-                "assumed": assumed,
-                "latency": latency,
-                "topic": topic,
-                "qos": qos,
-                "publishers": publishers,
-                "subscribers": subscribers,
-                "dispatchers": dispatchers,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class ServiceChannel(Channel):
@@ -1836,30 +1509,7 @@ class ServiceChannel(Channel):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "id": id,
-                "name": name,
-                "sourceLine": sourceLine,
-                "graphics": graphics,
-                "labels": labels,
-                "toolInfos": toolInfos,
-                "suppressions": suppressions,
-                "model": model,
-                "canvas": canvas,
-                "type": type,
-                "mappings": mappings,
-                "assumed": assumed,
-                "latency": latency,
-                "service": service,
-                "server": server,
-                "clients": clients,
-                "instances": instances,
-                "depth": depth,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class ActionChannel(Channel):
@@ -1910,30 +1560,7 @@ class ActionChannel(Channel):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "id": id,
-                "name": name,
-                "sourceLine": sourceLine,
-                "graphics": graphics,
-                "labels": labels,
-                "toolInfos": toolInfos,
-                "suppressions": suppressions,
-                "model": model,
-                "canvas": canvas,
-                "type": type,
-                "mappings": mappings,
-                "assumed": assumed,
-                "latency": latency,
-                "action": action,
-                "server": server,
-                "clients": clients,
-                "instances": instances,
-                "depth": depth,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class Fairness(Assumption):
@@ -1965,21 +1592,7 @@ class Fairness(Assumption):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "id": id,
-                "name": name,
-                "sourceLine": sourceLine,
-                "graphics": graphics,
-                "labels": labels,
-                "toolInfos": toolInfos,
-                "suppressions": suppressions,
-                "of": of,
-                "strong": strong,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class ExclusiveSignals(Assumption):
@@ -2007,20 +1620,7 @@ class ExclusiveSignals(Assumption):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "id": id,
-                "name": name,
-                "sourceLine": sourceLine,
-                "graphics": graphics,
-                "labels": labels,
-                "toolInfos": toolInfos,
-                "suppressions": suppressions,
-                "signals": signals,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class NodeNet(pn.Page):
@@ -2095,34 +1695,7 @@ class NodeNet(pn.Page):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "id": id,
-                "name": name,
-                "sourceLine": sourceLine,
-                "graphics": graphics,
-                "labels": labels,
-                "toolInfos": toolInfos,
-                "suppressions": suppressions,
-                "page": page,
-                "net": net,
-                "objects": objects,
-                "arcs": arcs,
-                "package": package,
-                "namespace": namespace,
-                "executor": executor,
-                "threads": threads,
-                "signals": signals,
-                "callbackGroups": callbackGroups,
-                "execution": execution,
-                "lifecycle": lifecycle,
-                "assumed": assumed,
-                "reaction": reaction,
-                "order": order,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class CallbackPage(pn.Page):
@@ -2190,32 +1763,7 @@ class CallbackPage(pn.Page):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "id": id,
-                "name": name,
-                "sourceLine": sourceLine,
-                "graphics": graphics,
-                "labels": labels,
-                "toolInfos": toolInfos,
-                "suppressions": suppressions,
-                "page": page,
-                "net": net,
-                "objects": objects,
-                "arcs": arcs,
-                "kind": kind,
-                "group": group,
-                "timer": timer,
-                "priority": priority,
-                "awaits": awaits,
-                "assumed": assumed,
-                "duration": duration,
-                "offset": offset,
-                "jitter": jitter,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class Place(pn.Place):
@@ -2256,27 +1804,7 @@ class Place(pn.Place):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "id": id,
-                "name": name,
-                "sourceLine": sourceLine,
-                "graphics": graphics,
-                "labels": labels,
-                "toolInfos": toolInfos,
-                "suppressions": suppressions,
-                "page": page,
-                "outgoing": outgoing,
-                "incoming": incoming,
-                "tokens": tokens,
-                "capacity": capacity,
-                "balloons": balloons,
-                "kind": kind,
-                "tokenType": tokenType,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class Transition(pn.Transition):
@@ -2327,29 +1855,7 @@ class Transition(pn.Transition):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "id": id,
-                "name": name,
-                "sourceLine": sourceLine,
-                "graphics": graphics,
-                "labels": labels,
-                "toolInfos": toolInfos,
-                "suppressions": suppressions,
-                "page": page,
-                "outgoing": outgoing,
-                "incoming": incoming,
-                "interval": interval,
-                "overrides": overrides,
-                "kind": kind,
-                "clause": clause,
-                "duration": duration,
-                "guard": guard,
-                "assigns": assigns,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 resolve_references(

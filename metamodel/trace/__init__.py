@@ -70,15 +70,7 @@ class TraceModel(EObject, metaclass=MetaEClass):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "source": source,
-                "target": target,
-                "links": links,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 class TraceLink(EObject, metaclass=MetaEClass):
@@ -128,19 +120,7 @@ class TraceLink(EObject, metaclass=MetaEClass):
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
-        initialise(
-            self,
-            {
-                "rule": rule,
-                "role": role,
-                "application": application,
-                "index": index,
-                "clientIndex": clientIndex,
-                "sources": sources,
-                "target": target,
-            },
-            unknown,
-        )
+        initialise(locals())
 
 
 resolve_references(
