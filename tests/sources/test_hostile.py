@@ -159,7 +159,7 @@ def test_odd_code_stops_nothing(tmp_path: Path, code: str) -> None:
 
 
 def test_a_folder_that_is_not_there(tmp_path: Path) -> None:
-    with pytest.raises(DinerosError, match="there is no such folder"):
+    with pytest.raises(DinerosError, match="this folder of source code does not exist"):
         read_source(tmp_path / "nowhere")
 
 

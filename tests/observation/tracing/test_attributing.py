@@ -246,7 +246,7 @@ def test_what_began_before_the_trace_is_counted(mapper: Mapper, tmp_path: Path) 
 def test_a_trace_that_tells_of_no_node(tmp_path: Path) -> None:
     trace = Trace()
     trace.run(0x1, [0x2])
-    with pytest.raises(TracingError, match=r"does not tell of any node .*start tracing before the nodes"):
+    with pytest.raises(TracingError, match=r"contains no node .*start tracing before the nodes"):
         list(runs(Tracing(trace.write(tmp_path / "t"))))
 
 

@@ -57,7 +57,7 @@ def _lines(folder: Path, code: str) -> list[str]:
 )
 def test_what_gets_the_node_is_named(tmp_path: Path, body: str, named: str) -> None:
     lines = _lines(tmp_path, NODE.replace("BODY", body))
-    assert all("gets the node; its code is not in the folder" in line for line in lines)
+    assert all("receives the node, but its code is not in the folder" in line for line in lines)
     wanted = {"vendor::Mixin", named} - {""}
     assert {line.split(": ", 1)[1].split(" gets")[0] for line in lines} == wanted
 
