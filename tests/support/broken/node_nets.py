@@ -11,7 +11,7 @@ CASES = Cases()
 
 @CASES.breaks(
     "node-net-not-nested",
-    "node net 'inner' stands in node net 'talker'",
+    "node net 'inner' is inside node net 'talker'",
     "put it next to the other node net; node nets do not nest",
 )
 def node_net_in_a_node_net(small: Small) -> None:
@@ -105,7 +105,7 @@ def callback_page_outside(small: Small) -> None:
 
 @CASES.breaks(
     "callback-page-not-nested",
-    "callback page 'inner' stands in callback page 'clock'",
+    "callback page 'inner' is inside callback page 'clock'",
     "put it next to that",
 )
 def timer_in_a_timer(small: Small) -> None:

@@ -286,7 +286,7 @@ def group_of_another(small: Small) -> None:
     "goal-client-group-has-effect",
     f"{_CLIENT} is in callback group 'group.office0', which has no effect",
     "set the execution of its node net to callbacks and the middleware of the model to ros2, or do not "
-    "count on it",
+    "rely on it",
     of=acting,
 )
 def group_without_effect(small: Small) -> None:
