@@ -25,7 +25,7 @@ from dineros.metamodel.times.given import latency_between, period_of, require_kn
 from dineros.metamodel.times.rates import on_the_way, seconds_of
 
 ASSUMES = "each thread of an executor has a processor of its own, and nothing outside of the model publishes"
-"""What bounds rest on besides the times of the model, as reports say it."""
+"""Assumptions of bounds other than the times of the model, for reports."""
 
 
 class Bounds:

@@ -16,7 +16,7 @@ from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
 from dineros.analysis.symbolic.engine import SymbolicStateSpace
 
 MOST_PARTS = 24
-"""Parts of the state space that are looked into for each callback; those beyond them are not told apart."""
+"""Limit of the parts of the state space that are examined for each callback; others are not distinguished."""
 
 
 @dataclass(frozen=True)

@@ -201,7 +201,7 @@ class Waiting:
         return _any(inputs, marking)
 
     def _ways_to_begin(self, callback: Callback, marking: Marking) -> Ways:
-        """Return what a callback that has not begun needs besides what begins it: a thread and its group."""
+        """Return the resources that a callback needs to start: a thread and its group."""
         lacking = [self._missing(each, marking) & self.resources.keys() for each in self._begins(callback)]
         return [frozenset(self.resources[each] for each in resources) for resources in lacking]
 

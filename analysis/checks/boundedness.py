@@ -38,7 +38,7 @@ FIRINGS_SHARE = 0.6
 
 PLACES_SHARE = 0.05
 SECONDS_FOR_PLACES = 0.3
-"""Part of the time, or seconds without a limit, for what places may hold where there is no state space."""
+"""Share of the time, or seconds without a limit, for bounds of places if there is no state space."""
 
 
 class _RecurrentError(Exception):
@@ -205,7 +205,7 @@ class Places(Question):
         checked.leave_open(self.asks, reason, may_be_fault=False)
 
     def ask(self, checked: Checked) -> None:
-        """Look at all markings, or ask as of the contest's nets where there is no state space."""
+        """Explore all markings, or decide as for nets of the contest if there is no state space."""
         if isinstance(checked.model, sym.SystemModel):
             return
         if checked.firings is None:

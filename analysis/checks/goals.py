@@ -1,4 +1,4 @@
-"""Whether goals can hang, overtake each other, be canceled too late or never, or end for nobody."""
+"""Checks whether goals can hang, overtake each other, be canceled too late or never, or end unnoticed."""
 
 from __future__ import annotations
 

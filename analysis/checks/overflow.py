@@ -179,7 +179,7 @@ class Presence(Question):
 
     @classmethod
     def _is_excluded(cls, checked: Checked, fault: Fault, loss: Loss) -> bool:
-        """Tell whether a loss is proved never to happen; put into the report what else is known of it."""
+        """Return whether a loss is proved impossible; add other results about it to the report."""
         can_happen = can_fire(checked, loss.transitions)
         if can_happen is None:
             checked.leave_open(f"whether this can happen: {loss.text}", checked.why_open)

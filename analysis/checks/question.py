@@ -129,7 +129,7 @@ class Checked:
 
     @property
     def why_open(self) -> str:
-        """Why it is not known of some transitions whether they can fire, where there is no state space."""
+        """Why it is unknown for some transitions whether they can fire, if there is no state space."""
         return "" if self.firings is None else self.firings.why_open
 
     @property
@@ -179,7 +179,7 @@ class Checked:
 
 
 class Question(ABC):
-    """A question of a check. A new one is a subclass, and stands in `QUESTIONS`.
+    """A question of a check. A new one is a subclass, and is listed in `QUESTIONS`.
 
     Attributes
     ----------

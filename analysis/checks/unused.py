@@ -30,7 +30,7 @@ NOT_ASKED = Fault(
     TRANSITION.meaning,
     "transition {transition}{where} can never fire: no client asks to cancel a goal of action {action}",
 )
-"""A server that heeds requests to cancel is right, though nobody makes one."""
+"""A server that supports cancel requests is correct even if no client sends one."""
 NODE_NET = Fault(
     "dead-node-net",
     "error",
@@ -101,7 +101,7 @@ class _Alive:
                     self._alive.add(link.target.id)
 
     def any(self, source: EObject, wanted: Callable[[Meaning], bool] | None = None) -> bool:
-        """Tell whether a transition that came of an element, and means what is wanted, can fire."""
+        """Return whether a transition of an element with the wanted meaning can fire."""
         return any(
             link.target.id in self._alive
             for link in self._by_source.get(source, ())
@@ -149,7 +149,7 @@ def _node_nets(model: sym.SystemModel, alive: _Alive) -> Iterator[Finding]:
 
 
 def _ports(model: sym.SystemModel) -> dict[sym.NodeNet, list[EObject]]:
-    """Return the ports of each node net; of a service's server, the channel stands for it."""
+    """Return the ports of each node net; a service's server is represented by its channel."""
     found: dict[sym.NodeNet, list[EObject]] = {}
     for channel in model.channels:
         pairs: list[tuple[EObject, pn.Place]] = []

@@ -17,7 +17,7 @@ MOST = 50_000
 
 
 def can_fire(checked: Checked, transitions: Sequence[str]) -> bool | None:
-    """Tell whether one of some transitions can fire; None: that is not known."""
+    """Return whether one of some transitions can fire; None: unknown."""
     known, index = checked.firings, checked.subject.transition_index
     if known is None:
         return any(checked.space.enabled(each) for each in transitions)

@@ -72,12 +72,12 @@ def mend_of(model: sym.SystemModel, finding: Finding, budget: Budget) -> Mend | 
 
 
 def is_cause(finding: Finding) -> bool:
-    """Tell whether a fault is of a kind that others may be consequences of."""
+    """Return whether a fault is of a kind that may have consequences."""
     return finding.rule in _MENDS
 
 
 def is_effect(finding: Finding) -> bool:
-    """Tell whether a fault of a kind that others may follow from may itself follow from one."""
+    """Return whether a fault of such a kind may itself be a consequence."""
     return finding.rule == Callbacks.ENDLESS.rule
 
 
@@ -165,7 +165,7 @@ def _against_waiting(model: sym.SystemModel, finding: Finding, budget: Budget) -
 
 
 def _against_endless(model: sym.SystemModel, finding: Finding, budget: Budget) -> Mend | None:
-    """Let what a callback waits for come: a time-out stands for a response, and others get a giver."""
+    """Provide what a callback waits for: a time-out in place of a response, otherwise a new transition."""
     witness = finding.witness
     if witness is None or witness.subject is None:
         return None

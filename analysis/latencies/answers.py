@@ -142,7 +142,7 @@ def require_times(model: sym.SystemModel, *, with_guards: bool = False) -> None:
     Raises
     ------
     DinerosError
-        It runs on another middleware, does not say how long anything takes, or has guards.
+        It has another middleware, no times, or guards.
     """
     if not with_guards:
         require_no_guards(model, "an analysis of exact latencies")
@@ -232,7 +232,7 @@ class Latencies:
         return found.greatest if is_known and not (asks == "reaction" and found.is_lost) else None
 
     def starves(self, page: sym.CallbackPage) -> bool | None:
-        """Tell whether a callback can be ready for ever without beginning; None if that is not known."""
+        """Return whether a callback can be ready forever without starting; None: unknown."""
         missing = any(True for path in responses_of(page) for _ in _open(path))
         return None if self.reason or missing else self._starvation.of(page)
 

@@ -148,7 +148,7 @@ def _longer(path: Path, ways: list[Way], fillers: Fillers) -> Iterator[Path]:
 
 
 def _begins(way: Way, page: sym.CallbackPage, fillers: Fillers) -> bool:
-    """Tell whether data goes from a callback in some way."""
+    """Return whether data flows out of a callback."""
     return way.writer is page if isinstance(way, Stored) else page in fillers[resolve(way.writer.place)]
 
 

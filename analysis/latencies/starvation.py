@@ -43,7 +43,7 @@ class Starvation:
         self._known: dict[sym.CallbackPage, bool | None] = {}
 
     def of(self, page: sym.CallbackPage) -> bool | None:
-        """Tell whether a callback can be ready for ever without beginning; None if that is not known."""
+        """Return whether a callback can be ready forever without starting; None: unknown."""
         if page not in self._known:
             self._known[page] = self._decided(page)
         return self._known[page]

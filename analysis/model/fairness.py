@@ -55,7 +55,7 @@ class _Groups:
         self._roles: dict[str, StepRole] = step_roles(subject.links())
 
     def named(self, word: str) -> Sequence[str]:
-        """Return the names of the transitions that a word stands for."""
+        """Return the names of the transitions that a word selects."""
         try:
             self._names.transitions(word)
         except FormulaError:

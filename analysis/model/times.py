@@ -62,7 +62,7 @@ class LeftOutTimes:
     is_of_transitions: bool = True
 
     def survives(self, is_universal: bool) -> bool:
-        """Return whether an answer holds with times; `is_universal` if it speaks of all runs without them."""
+        """Return whether an answer holds with times; `is_universal` if it is about all runs without them."""
         return is_universal or not self.changes_runs
 
     @property

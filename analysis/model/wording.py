@@ -97,7 +97,7 @@ def source_of(link: Link, kind: type[E]) -> E:
 
 
 def signal_setting(link: Link) -> SignalSetting | None:
-    """Return what a signal is, or becomes, by an element that stands for it; None: it stands for none."""
+    """Return the value of a signal that an element represents; None: it represents none."""
     if link.meaning is None or link.meaning.value is None:
         return None
     values = [source for source in link.sources if isinstance(source, sym.SignalValue)]

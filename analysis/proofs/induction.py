@@ -31,7 +31,7 @@ MOST_LITERALS, MOST_TOKENS = 3_000, 16
 MOST_DEPTH = 100
 
 LARGEST_SUM = 24
-"""Tokens in an invariant that is told to the solver."""
+"""Limit of the tokens of an invariant that is given to the solver."""
 
 BOUNDED, INDUCTION = "bounded model checking", "k-induction"
 

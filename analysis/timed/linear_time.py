@@ -114,7 +114,7 @@ def verify_timed_ltl(
 
 
 def is_condition(tree: Formula) -> bool:
-    """Whether a formula speaks of one marking only."""
+    """Whether a formula is about one marking only."""
     return not any(isinstance(part, (*TEMPORAL, ForAll, Exists, Fired)) for part in tree.subformulas())
 
 

@@ -243,7 +243,7 @@ def compile_timed_net(net: pn.Net) -> TimedNet:
 
 
 def _closed(pairs: Sequence[tuple[int, int]], size: int) -> tuple[tuple[int, ...], ...]:
-    """Return what stands above each transition, directly or through others."""
+    """Return the transitions with priority over each transition, directly or through others."""
     directly: list[set[int]] = [set() for _ in range(size)]
     for high, low in pairs:
         directly[low].add(high)

@@ -127,7 +127,7 @@ class TimedBoundedness(Question):
 
 
 def _is_all_known(known: TimedChecked, explored: Explored, found: Firings, proof: WithoutTimes) -> bool:
-    """Tell whether state classes would add nothing: of callbacks they alone tell whether these always end."""
+    """Return whether state classes would add nothing: only they decide whether callbacks always end."""
     return (
         proof.most is not None
         and found.has_no_deadlock

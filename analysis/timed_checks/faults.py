@@ -1,4 +1,4 @@
-"""What a check with times may find besides, as data: every check knows these names."""
+"""Additional faults of a check with times, as data: every check knows these names."""
 
 from __future__ import annotations
 

@@ -61,7 +61,7 @@ class Quickest:
 
 
 Ask = Callable[[TimedNet, TimedNet | None, Budget], Outcome]
-"""Finds a way in a net, which may have an observer beside the other one."""
+"""Finds a firing sequence in a net, which may have a second observer."""
 
 
 def quickest_marking(

@@ -82,7 +82,7 @@ def watched(
     takes: tuple[str, ...] = (),
     puts: tuple[str, ...] = (),
 ) -> Watched:
-    """Put an observer beside a net.
+    """Add an observer to a net.
 
     Parameters
     ----------
