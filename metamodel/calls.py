@@ -124,12 +124,12 @@ def instance_counts(model: pn.Net) -> dict[Served, int]:
 
 
 def gives_up(channel: sym.ServiceChannel) -> bool:
-    """Tell whether a client of a service has a time-out."""
+    """Return whether a client of a service has a time-out."""
     return any(client.timeout is not None for client in channel.clients)
 
 
 def sends_once(client: sym.ClientPort) -> bool:
-    """Tell whether a client sends each request once, as rclpy does.
+    """Return whether a client sends each request once, as rclpy does.
 
     Nodes that run our engine send a request again until it is answered, so that it outlives its server.
     """
@@ -138,7 +138,7 @@ def sends_once(client: sym.ClientPort) -> bool:
 
 
 def may_be_deserted(channel: sym.ServiceChannel, server: sym.NodeNet | None) -> bool:
-    """Tell whether a service has clients that send each request once, and its server is a managed node.
+    """Return whether a service has clients that send each request once, and its server is a managed node.
 
     Such a request is lost while the server is not there.
 
@@ -154,7 +154,7 @@ def may_be_deserted(channel: sym.ServiceChannel, server: sym.NodeNet | None) -> 
 
 
 def may_leave(channel: sym.ServiceChannel, server: sym.NodeNet | None) -> bool:
-    """Tell whether such a server may also be cleaned up or shut down, with requests that it has."""
+    """Return whether such a server may also be cleaned up or shut down, with requests that it has."""
     life = None if server is None else server.lifecycle
     return life is not None and (life.cleansUp or life.shutsDown) and may_be_deserted(channel, server)
 

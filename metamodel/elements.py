@@ -127,7 +127,7 @@ def node_net_of(element: EObject | None) -> sym.NodeNet | None:
 
 
 def is_unseen(node: sym.NodeNet | None) -> bool:
-    """Tell whether a node net was not seen, and stands for what has the other end of a channel."""
+    """Return whether a node net was not seen, and stands for what has the other end of a channel."""
     return node is not None and "node" in (node.assumed or "").split()
 
 

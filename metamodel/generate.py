@@ -64,7 +64,7 @@ def value_type(feature: ecore.EStructuralFeature, package: ecore.EPackage) -> st
 
 
 def is_optional(feature: ecore.EStructuralFeature) -> bool:
-    """Tell whether reading the feature may give None."""
+    """Return whether reading the feature may give None."""
     if feature.lowerBound > 0 or feature.many:
         return False
     if isinstance(feature, ecore.EReference):

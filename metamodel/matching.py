@@ -62,18 +62,18 @@ def quality_of(port: sym.PublisherPort | sym.SubscriberPort) -> sym.QualityOfSer
 
 
 def are_matched(publisher: sym.PublisherPort, subscriber: sym.SubscriberPort) -> bool:
-    """Tell whether messages of a publisher reach a subscriber."""
+    """Return whether messages of a publisher reach a subscriber."""
     return mismatch(publisher, subscriber) is None
 
 
 def is_best_effort(publisher: sym.PublisherPort, subscriber: sym.SubscriberPort) -> bool:
-    """Tell whether messages between two ports may be lost on the way."""
+    """Return whether messages between two ports may be lost on the way."""
     best_effort = sym.Reliability.bestEffort
     return best_effort in (quality_of(publisher).reliability, quality_of(subscriber).reliability)
 
 
 def is_kept(publisher: sym.PublisherPort, subscriber: sym.SubscriberPort) -> bool:
-    """Tell whether a subscriber that comes late gets what the publisher still keeps.
+    """Return whether a subscriber that comes late gets what the publisher still keeps.
 
     Both must be transient-local, and reliable: what is best-effort is never sent again (seen on Fast DDS).
     """

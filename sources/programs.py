@@ -195,7 +195,7 @@ def _only_call(guard: ast.If | None) -> str | None:
 
 
 def _spins(body: list[ast.stmt], *, is_deep: bool = False) -> bool:
-    """Tell whether statements start rclpy."""
+    """Return whether statements start rclpy."""
     return any(
         isinstance(each, ast.Call)
         and isinstance(each.func, ast.Attribute)
@@ -369,7 +369,7 @@ def _add(facts: Facts, nodes: list[NodeFact], known: dict[tuple[str, str], list[
 
 
 def _is_home(node: NodeFact) -> bool:
-    """Tell whether the program of a node is in the file of its class."""
+    """Return whether the program of a node is in the file of its class."""
     return node.home == node.at.file
 
 

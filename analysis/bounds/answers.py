@@ -75,12 +75,12 @@ class Bounds:
         return waited[0].longest if waited and waited[0] is not None else None
 
     def never_overflows(self, reader: sym.SubscriberPort) -> bool:
-        """Tell whether it is proved that a history never overflows."""
+        """Return whether it is proved that a history never overflows."""
         longest = self.longest(reader)
         return longest is not None and longest <= reader.limit
 
     def never_waits(self, writer: sym.PublisherPort, reader: sym.SubscriberPort) -> bool:
-        """Tell whether it is proved that messages never wait in a writer history of the net with times.
+        """Return whether it is proved that messages never wait in a writer history of the net with times.
 
         They do not if each that can be on its way has a clock: those were published within the latency.
         """
@@ -96,7 +96,7 @@ class Bounds:
         return len(known) == len(published) and sum(each.within(window) for each in known) <= clocks
 
     def loses_no_tick(self, page: sym.CallbackPage) -> bool:
-        """Tell whether it is proved that a timer never strikes while its last tick still waits."""
+        """Return whether it is proved that a timer never strikes while its last tick still waits."""
         task = self._task(page, None)
         waited = None if task is None else self._solved.waited.get(task)
         return task is not None and waited is not None and waited.start < task.period - task.jitter

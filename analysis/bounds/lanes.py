@@ -168,7 +168,7 @@ _ALONE = _Shared(lambda window: 0, Fraction(0))
 
 
 def are_alone(lanes: list[Lane]) -> bool:
-    """Tell whether the lanes of a node need not share threads: there is one for each."""
+    """Return whether the lanes of a node need not share threads: there is one for each."""
     threads = threads_of(lanes[0].node)
     return threads == 1 or (len(lanes) <= threads and all(each.is_exclusive for each in lanes))
 

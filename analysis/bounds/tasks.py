@@ -345,7 +345,7 @@ class Tasks:
 
 
 def _runs_once_a_tick(task: Task) -> bool:
-    """Tell whether a callback, however long it waits, runs once for a tick, and not twice at a time."""
+    """Return whether a callback, however long it waits, runs once for a tick, and not twice at a time."""
     page = task.page
     is_plain = task.is_timer and waits(page) and not page.awaits and not readers_of(page)
     return is_plain and task.lane.is_exclusive and task.period > 0

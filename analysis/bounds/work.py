@@ -118,7 +118,7 @@ class Works:
         }
 
     def is_steady(self, place: pn.Place) -> bool:
-        """Tell whether no firing changes a place, not even for the time of a run.
+        """Return whether no firing changes a place, not even for the time of a run.
 
         The callback of a timer takes what its first transition needs before that fires.
         """

@@ -66,7 +66,7 @@ class Callback:
         return (self.running,) if self.awaiting is None else (self.running, self.awaiting)
 
     def has_begun(self, marking: Marking) -> bool:
-        """Tell whether it has begun and not ended."""
+        """Return whether it has begun and not ended."""
         return _any(self.places, marking)
 
 
@@ -289,7 +289,7 @@ class Waiting:
         return sorted(waiters, key=text_of)
 
     def _is_given(self, place: int, key: Key) -> bool:
-        """Tell whether a callback waits for a token from outside: of another one, or in a shared place."""
+        """Return whether a callback waits for a token from outside: of another one, or in a shared place."""
         return bool(self._makers(place, None if self._owner_of.get(place) != key else key))
 
     def _place_waiter(self, place: int) -> Waiter:

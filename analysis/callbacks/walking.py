@@ -123,7 +123,7 @@ class Walks:
         return [(each, None) for each in endless]
 
     def never_ends_at_best(self, callback: Callback, marking: Sequence[int]) -> bool:
-        """Tell whether a callback never ends from a marking on, even if no thread or group were missing."""
+        """Return whether a callback never ends from a marking on, even if no thread or group were missing."""
         free = list(marking)
         for resource in self._waiting.resources:
             free[resource] = max(free[resource], int(self._net.pre.weight.max(initial=1)))

@@ -92,7 +92,7 @@ class DeadlockGroup:
 
 
 def is_finished(subject: Subject, group: DeadlockGroup) -> bool:
-    """Tell whether a group of dead markings is a finished scenario of an application: no fault."""
+    """Return whether a group of dead markings is a finished scenario of an application: no fault."""
     if group.is_final is not None:
         return group.is_final
     is_application = isinstance(subject.model, sym.SystemModel)

@@ -46,7 +46,7 @@ def _depends(channel: sym.Channel | None) -> bool:
 
 
 def _is_of_code(node: sym.NodeNet | None) -> bool:
-    """Tell whether a node is of source code, or stands for other nodes that may use its channels."""
+    """Return whether a node is of source code, or stands for other nodes that may use its channels."""
     return node is not None and (bool(node.sourceLine) or is_unseen(node))
 
 

@@ -191,7 +191,7 @@ def _is_in(finding: Finding, some: Sequence[Finding]) -> bool:
 
 
 def _is_lost_again(finding: Finding, subject: Subject) -> bool:
-    """Tell whether a run that loses a message does so in the net of a mended model, too."""
+    """Return whether a run that loses a message does so in the net of a mended model, too."""
     if finding.rule not in _LOSSES or finding.witness is None or not finding.witness.steps:
         return False
     names = [step.transition for step in finding.witness.steps]

@@ -82,7 +82,7 @@ def is_effect(finding: Finding) -> bool:
 
 
 def is_proved(rule: str) -> bool:
-    """Tell whether a mend of a fault of this kind is known to be one: by a proof, or by what it changes."""
+    """Return whether a mend of a fault of this kind is known to be one: by a proof, or by what it changes."""
     return rule in (Callbacks.CIRCLE.rule, Matching.NOT_MATCHED.rule, Clauses.UNSATISFIABLE.rule)
 
 

@@ -343,17 +343,17 @@ def _open(path: Path) -> Iterator[str]:
 
 
 def _shares_clocks(page: sym.CallbackPage) -> bool:
-    """Tell whether runs of a callback would share the clocks of its transitions, which are left open."""
+    """Return whether runs of a callback would share the clocks of its transitions, which are left open."""
     return runs_overlapping(page) > 1 and any(each.interval is not None for each in Body(page).transitions)
 
 
 def _is_mixed(page: sym.CallbackPage) -> bool:
-    """Tell whether runs of a callback are at the same places of the net while they wait."""
+    """Return whether runs of a callback are at the same places of the net while they wait."""
     return page.kind != sym.CallbackKind.server and runs_overlapping(page) > 1 and waits(page)
 
 
 def _is_widened(page: sym.CallbackPage) -> bool:
-    """Tell whether the net lets a callback take more times than the model says.
+    """Return whether the net lets a callback take more times than the model says.
 
     Each stretch between two waits takes any time up to the whole duration. Overlapping runs share clocks. The
     net does not keep the order of requests of several clients either, so the bounds are safe then, too.

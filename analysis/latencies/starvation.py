@@ -89,7 +89,7 @@ class Starvation:
         return found
 
     def _waits(self, search: ClassSearch, ready: list[int], begins: list[int]) -> bool:
-        """Tell whether classes have a circle, or one to stay in, where a callback is ready all the time."""
+        """Return whether classes have a circle, or one to stay in, where a callback is ready all the time."""
         held: NDArray[np.bool_] = np.any(search.markings()[:, ready] > 0, axis=1)
         marked = held[search.marking_of]
         source, target, label = _edges(search)

@@ -50,7 +50,7 @@ class FinalCondition:
         return cls(subject, text) if text else None
 
     def holds_at(self, marking: Sequence[int]) -> bool:
-        """Tell whether a marking that enables nothing satisfies the condition."""
+        """Return whether a marking that enables nothing satisfies the condition."""
         from dineros.analysis.logic.language.atoms import Step
         from dineros.analysis.logic.language.semantics import holds_on_lasso
 

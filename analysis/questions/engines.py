@@ -252,7 +252,7 @@ class Timed(Engine):
         return plain if plain.status == "unknown" else replace(plain, by=by, evidence=None)
 
     def _is_about_markings(self, question: Question) -> bool:
-        """Tell whether a question is only about which markings lead to which: no run has to leave one.
+        """Return whether a question is only about which markings lead to which: no run has to leave one.
 
         Its answer is the same with times if nothing ever has to fire.
         """

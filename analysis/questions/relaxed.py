@@ -38,7 +38,7 @@ class Relaxed:
     transitions: frozenset[int]
 
     def some_is_enabled(self, among: Iterable[int], budget: Budget) -> bool:
-        """Tell whether it is proved that each reachable marking enables one of some transitions."""
+        """Return whether it is proved that each reachable marking enables one of some transitions."""
         names = self.net.transitions
         none: list[Formula] = [Not(Enabled(Name(names[t]))) for t in among]
         if not none:

@@ -166,7 +166,7 @@ def workplace(net: CompiledNet | pn.Net, budget: Budget = UNLIMITED) -> Iterator
 
 
 def _ran_out_of_memory(status: int, said: str) -> bool:
-    """Tell whether a program that had a limit failed by it; some use what they did not get, and crash."""
+    """Return whether a program that had a limit failed by it; some use what they did not get, and crash."""
     return status in (-signal.SIGSEGV, -signal.SIGBUS) or (status != 0 and bool(_NO_MEMORY.search(said)))
 
 

@@ -23,7 +23,7 @@ _PART_BYTES, _PATH_BYTES, _DEPTH = 255, 2048, 64
 
 
 def is_confined(path: str) -> bool:
-    """Tell whether a path is plainly one below the folder that it is relative to.
+    """Return whether a path is plainly one below the folder that it is relative to.
 
     Examples
     --------

@@ -128,7 +128,7 @@ def is_of_parameter(setting: str) -> bool:
 
 
 def is_program(path: Path) -> bool:
-    """Tell whether a file is a program, by its name."""
+    """Return whether a file is a program, by its name."""
     return path.suffix == SUFFIX
 
 

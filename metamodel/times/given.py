@@ -37,7 +37,7 @@ _OF_CALLBACKS = ("duration", "offset", "jitter")
 
 
 def says_times(model: sym.SystemModel) -> bool:
-    """Tell whether a model says how long anything takes; the period of a timer alone does not count."""
+    """Return whether a model says how long anything takes; the period of a timer alone does not count."""
     if any(each.interval is not None or _given(each, "duration") for each in transitions(model)):
         return True
     for page in pages(model):
@@ -122,7 +122,7 @@ def latency_of_calls(client: sym.ClientPort) -> pn.TimeInterval | None:
 
 
 def gives_up_in_time(client: sym.ClientPort) -> bool:
-    """Tell whether it is known when a client gives up, at the earliest: it has one request under way.
+    """Return whether it is known when a client gives up, at the earliest: it has one request under way.
 
     A callback that awaits needs a thread to give up; where nodes are managed, a server may not be there.
     """
@@ -138,7 +138,7 @@ def reaction_of(node: sym.NodeNet) -> pn.TimeInterval | None:
 
 
 def waits(page: sym.CallbackPage) -> bool:
-    """Tell whether a callback waits for a response, or for how a goal ends, before it ends."""
+    """Return whether a callback waits for a response, or for how a goal ends, before it ends."""
     return bool(Body(page).requests)
 
 

@@ -18,7 +18,7 @@ _KINDS = (sym.CallbackKind.timer, sym.CallbackKind.subscriber)
 
 
 def keeps_order(node: sym.NodeNet) -> bool:
-    """Tell whether the rules take the callbacks of a node in the order that it names.
+    """Return whether the rules take the callbacks of a node in the order that it names.
 
     A node with one callback has nothing to choose: all orders are that one.
     """

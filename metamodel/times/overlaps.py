@@ -29,7 +29,7 @@ def runs_overlapping(page: sym.CallbackPage) -> int:
 
 
 def _comes_in_time(page: sym.CallbackPage) -> bool:
-    """Tell whether each run of a timer ends before the next strike, if it begins with its own."""
+    """Return whether each run of a timer ends before the next strike, if it begins with its own."""
     node = node_net_of(page)
     period = period_of(page)
     if period is None or node is None or node.lifecycle is not None:
@@ -42,7 +42,7 @@ def _comes_in_time(page: sym.CallbackPage) -> bool:
 
 
 def _has_threads(page: sym.CallbackPage) -> bool:
-    """Tell whether each callback of a node that may run at a moment has a thread then."""
+    """Return whether each callback of a node that may run at a moment has a thread then."""
     node = node_net_of(page)
     assert node is not None
     groups, alone = set(), 0
@@ -75,7 +75,7 @@ def _longest(page: sym.CallbackPage) -> Fraction | None:
 
 
 def _goes_on_alone(page: sym.CallbackPage, body: Body) -> bool:
-    """Tell whether a run goes on step by step, without circles, and nothing else has a part in it."""
+    """Return whether a run goes on step by step, without circles, and nothing else has a part in it."""
     model = system_model_of(page)
     if model is None:
         return False

@@ -68,7 +68,7 @@ def on_the_way(writer: sym.PublisherPort, reader: sym.SubscriberPort) -> int:
 def publishes_without_end(
     writer: sym.PublisherPort, reader: sym.SubscriberPort, asked: frozenset[object] = frozenset()
 ) -> bool:
-    """Tell whether a port may publish any number of messages in no time, and no clock limits them.
+    """Return whether a port may publish any number of messages in no time, and no clock limits them.
 
     A run may go round a circle, a timer may have no period, or it may pass on what comes without end.
     """

@@ -37,7 +37,7 @@ def most_put(page: sym.CallbackPage, place: pn.Place) -> int | None:
 
 
 def is_changed_elsewhere(page: sym.CallbackPage, place: pn.Place) -> bool:
-    """Tell whether a transition outside of a callback page takes from a place of the page, or puts there.
+    """Return whether a transition outside of a callback page takes from a place of the page, or puts there.
 
     What the rules add does not count: it is another way to fire a transition of the page (rule D3), or takes
     what the page puts.
@@ -162,7 +162,7 @@ class _Run:
         return None if self._is_circular() else sum(self.puts.values())
 
     def _is_circular(self) -> bool:
-        """Tell whether a transition can follow itself."""
+        """Return whether a transition can follow itself."""
         left = {
             each: {
                 after

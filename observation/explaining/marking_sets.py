@@ -216,7 +216,7 @@ class MarkingSets:
         return tuple(self.sets.some_vector(states)) if self._anything else ()
 
     def contains(self, states: int, marking: Vector) -> bool:
-        """Tell whether a set has a marking."""
+        """Return whether a set has a marking."""
         return self.sets.contains(states, marking) if self._anything else bool(states)
 
     def tokens(self, marking: Vector) -> list[int]:

@@ -72,7 +72,7 @@ class Bodies:
 
 
 def _is_free(transition: pn.Transition) -> bool:
-    """Tell whether a transition needs no token, no room and no signal."""
+    """Return whether a transition needs no token, no room and no signal."""
     has_room = all(not getattr(arc.target, "capacity", None) for arc in transition.outgoing)
     is_needed = transition.incoming or getattr(transition, "clause", None) is not None
     return has_room and not is_needed

@@ -78,7 +78,7 @@ class StoredFile:
         return True
 
     def is_dir(self) -> bool:
-        """Tell whether it is a folder."""
+        """Return whether it is a folder."""
         return False
 
     def read_text(self, encoding: str | None = None) -> str:

@@ -42,7 +42,7 @@ def calls_of(sources: Iterable[Source], idioms: Iterable[str]) -> Iterator[Makin
 
 
 def _is_call(node: Node) -> bool:
-    """Tell whether a name is that of a function that is called; actions are those of ``rclcpp_action``."""
+    """Return whether a name is that of a function that is called; actions are those of ``rclcpp_action``."""
     if node.type not in ("identifier", "field_identifier"):
         return False
     name, inner, outer = node, node, node.parent

@@ -55,7 +55,7 @@ def _parser() -> Parser:
 
 
 def is_there() -> bool:
-    """Tell whether C++ can be read: whether the extra ``sources`` is installed."""
+    """Return whether C++ can be read: whether the extra ``sources`` is installed."""
     try:
         _parser()
     except DinerosError:

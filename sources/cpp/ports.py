@@ -188,6 +188,6 @@ class Ports:
 
 
 def _is_arrow(call: Call) -> bool:
-    """Tell whether a method is called through a pointer; with a point, it is one of the pointer itself."""
+    """Return whether a method is called through a pointer; with a point, it is one of the pointer itself."""
     function = call.node.child_by_field_name("function")
     return function is not None and text_of(function.child_by_field_name("operator")) == "->"

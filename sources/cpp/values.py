@@ -192,7 +192,7 @@ def joined(old: Value | None, new: Value) -> Value:
 
 
 def is_same(one: Value, other: Value) -> bool:
-    """Tell whether two values are equal, or objects of one expression."""
+    """Return whether two values are equal, or objects of one expression."""
     if isinstance(one, Obj) and isinstance(other, Obj) and one.made_at:
         return one.cls is other.cls and one.made_at == other.made_at
     if isinstance(one, Port) and isinstance(other, Port):

@@ -212,7 +212,7 @@ class Conditions(Imports):
         return None
 
     def _is_constant(self, name: str, frame: Frame) -> bool:
-        """Tell whether a variable of a module has one value in the whole program."""
+        """Return whether a variable of a module has one value in the whole program."""
         here: Frame | None = frame
         while here is not None:
             holder = self.holder_of(here)

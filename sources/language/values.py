@@ -140,7 +140,7 @@ class Class(Value):
         return [each.path for each in self.order() if isinstance(each, Outside)]
 
     def is_complete(self) -> bool:
-        """Tell whether every base is known, if only by name."""
+        """Return whether every base is known, if only by name."""
         return all(isinstance(each, (Class, Outside)) for each in self.order())
 
 
@@ -360,7 +360,7 @@ def options(value: Value | None) -> list[Value]:
 
 
 def is_none(value: Value | None) -> bool:
-    """Tell whether a value is missing, or None."""
+    """Return whether a value is missing, or None."""
     return value is None or (isinstance(value, Const) and value.value is None)
 
 

@@ -54,7 +54,8 @@ def test_a_change_is_named_before_and_after(run: Run, tmp_path: Path) -> None:
     assert check.exit_code == 1
     assert "ws/src/waiter/waiter/handlers.py: is stale: stub for TPay\n" in check.stdout
     assert re.search(
-        r"ws/src/board/board/handlers.py:\d+: handles TShow, which is not a transition of board", check.stdout
+        r"ws/src/board/board/handlers.py:\d+: handles TShow, which is no longer a transition of board",
+        check.stdout,
     )
     assert check.stdout.splitlines()[-1] == "ws: 10 stale files, 1 handwritten part to revise"
     done = run()

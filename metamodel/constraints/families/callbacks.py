@@ -27,7 +27,7 @@ _OWN_EXECUTOR = "for an executor of its own: a callback group of its own and one
 
 
 def _has_executors(index: Index) -> bool:
-    """Tell whether the rules of the model know executors."""
+    """Return whether the rules of the model know executors."""
     return isinstance(index.net, sym.SystemModel) and index.net.middleware == sym.Middleware.ros2
 
 
@@ -46,7 +46,7 @@ def _calls(index: Index) -> list[tuple[pn.Place, pn.Place]]:
 
 
 def _is_complete(page: sym.CallbackPage, index: Index) -> bool:
-    """Tell whether all arcs and references of a page lead somewhere."""
+    """Return whether all arcs and references of a page lead somewhere."""
     parts = [part for part in page.eAllContents() if isinstance(part, (pn.Node, pn.Arc))]
     if any(part in index.incomplete for part in parts):
         return False
@@ -150,12 +150,12 @@ group_has_effect = constraint(
 
 
 def in_own_group(asking: Asking, index: Index) -> Outcome:
-    """Tell whether the group of a callback or a client is of its own node net."""
+    """Return whether the group of a callback or a client is of its own node net."""
     return _is_of_node_net(asking, index) or _named(asking)
 
 
 def in_group_that_counts(asking: Asking, index: Index) -> Outcome:
-    """Tell whether the node of a callback or a client runs callbacks, under the rules of ROS 2."""
+    """Return whether the node of a callback or a client runs callbacks, under the rules of ROS 2."""
     return (_runs(place_of(asking), index) and _has_executors(index)) or _named(asking)
 
 

@@ -46,7 +46,7 @@ def server_places_on_page(port: sym.ServerPort, index: Index) -> Outcome:
 
 
 def stands_on(place: EObject | None, page: pn.Page) -> bool:
-    """Tell whether a place stands on a page, or on a page inside."""
+    """Return whether a place stands on a page, or on a page inside."""
     while place is not None and place is not page:
         place = place.eContainer()
     return place is page
@@ -143,7 +143,7 @@ def runtime_client(port: rtm.ClientPort, index: Index) -> Outcome:
 
 
 def in_one_instance(request: pn.Place, other: pn.Place, index: Index, what: str = "its response") -> Outcome:
-    """Tell whether a client's requests and another place of it are on the same server page, or on none."""
+    """Return whether a client's requests and another place of it are on the same server page, or on none."""
     pages = [index.server_page_of(place) for place in (request, other)]
     if pages[0] is pages[1]:
         return True

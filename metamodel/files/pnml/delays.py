@@ -44,7 +44,7 @@ def write_delay(xml: etree._Element, transition: pn.Transition) -> set[str]:
 
 
 def _is_sayable(interval: pn.TimeInterval) -> bool:
-    """Tell whether reading the interval again gives this one; a reader refuses empty ones."""
+    """Return whether reading the interval again gives this one; a reader refuses empty ones."""
     bounds = [interval.earliest, *([] if interval.latest is None else [interval.latest])]
     if not all(math.isfinite(bound) and bound >= 0 for bound in bounds):
         return False

@@ -103,7 +103,7 @@ def _is_foreign(xml: etree._Element) -> bool:
 
 
 def is_inhibitor_mark(xml: etree._Element) -> bool:
-    """Tell whether a block is the editor's mark of an inhibitor arc."""
+    """Return whether a block is the editor's mark of an inhibitor arc."""
     return xml.get("tool") == EDITOR and xml.get("type") == "inhibitor"
 
 
@@ -143,7 +143,7 @@ class Layout:
             self.said.add("toolInfos")
 
     def has_label(self, name: str) -> bool:
-        """Tell whether a text label has a layout to be written."""
+        """Return whether a text label has a layout to be written."""
         return name in (self._labels or {})
 
     def text(self, xml: etree._Element, name: str, text: str | None) -> None:

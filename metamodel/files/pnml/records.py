@@ -86,7 +86,7 @@ class PageRecord(Record):
         return self.name or self.id
 
     def is_called(self, name: str) -> bool:
-        """Tell whether this is the page's name or id."""
+        """Return whether this is the page's name or id."""
         return name in (self.id, self.name)
 
     def pages(self) -> Iterator[PageRecord]:

@@ -150,7 +150,7 @@ class ExtensionWriter:
         return said
 
     def says_interval(self, transition: pn.Transition) -> bool:
-        """Tell whether the block of a transition says its interval."""
+        """Return whether the block of a transition says its interval."""
         interval = transition.interval
         return (
             self._version == "0.2"
@@ -261,7 +261,7 @@ def _add(xml: etree._Element, name: str, text: str) -> None:
 
 
 def _is_plain_port(port: sym.TopicPort) -> bool:
-    """Tell whether the dialect has words for all that a port of a topic says."""
+    """Return whether the dialect has words for all that a port of a topic says."""
     return all(
         getattr(port, name) == feature.get_default_value()
         for name, feature in features_of(type(port)).items()
@@ -270,7 +270,7 @@ def _is_plain_port(port: sym.TopicPort) -> bool:
 
 
 def _is_plain(text: str | None) -> bool:
-    """Tell whether a text survives readers that strip white space."""
+    """Return whether a text survives readers that strip white space."""
     return text is not None and text != "" and text == text.strip()
 
 
@@ -296,14 +296,14 @@ def _is_plain_group(group: sym.CallbackGroup) -> bool:
 
 
 def _is_plain_client(client: sym.ClientPort) -> bool:
-    """Tell whether the dialect has words for all that a client says."""
+    """Return whether the dialect has words for all that a client says."""
     timed = client.timeout is not None or client.timedOut is not None
     more = timed or client.group is not None or client.waitsForService or client.latency is not None
     return _is_plain(client.client) and client.outstanding is None and not more
 
 
 def _says_all(clause: sym.InputClause) -> bool:
-    """Tell whether parsing the text gives this very normal form again."""
+    """Return whether parsing the text gives this very normal form again."""
     from dineros.metamodel.clauses import parse, to_cnf
 
     node_net = node_net_of(clause)

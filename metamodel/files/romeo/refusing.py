@@ -170,5 +170,5 @@ _KNOWN = frozenset(
 
 
 def _has_code(xml: etree._Element) -> bool:
-    """Tell whether a text is more than comments."""
+    """Return whether a text is more than comments."""
     return bool(_COMMENT.sub("", "".join(map(str, xml.itertext()))).strip(" \t\r\n;"))

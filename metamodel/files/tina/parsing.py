@@ -141,7 +141,7 @@ class Text:
         return ModelFileError(message, location=self.location(token), hint=hint)
 
     def is_first_on_line(self, token: Token) -> bool:
-        """Tell whether only white space is before a token on its line."""
+        """Return whether only white space is before a token on its line."""
         return not self.text[self._lines[self.line(token) - 1] : token.at].strip()
 
 
@@ -260,7 +260,7 @@ class Parser:
         return Token("word", first.text + point.text + self._advance().text, first.at)
 
     def _follows(self, before: Token) -> bool:
-        """Tell whether no white space is between a token and the next one."""
+        """Return whether no white space is between a token and the next one."""
         return self._token.at == before.at + len(before.text)
 
     def _take(self, sign: str) -> bool:

@@ -109,7 +109,7 @@ class Loops(Calls):
 
 
 def _leaves(body: Node | None) -> bool:
-    """Tell whether the body of a loop may skip a part of it, or end the loop early."""
+    """Return whether the body of a loop may skip a part of it, or end the loop early."""
     todo = [] if body is None else [body]
     while todo:
         each = todo.pop()

@@ -299,7 +299,7 @@ class Machine:
 
 
 def is_node(name: str) -> bool:
-    """Tell whether a class of a library is a node."""
+    """Return whether a class of a library is a node."""
     return name in NODES or name.endswith(("::LifecycleNode", "rclcpp::Node"))
 
 

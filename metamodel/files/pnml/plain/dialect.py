@@ -48,7 +48,7 @@ def only_net(root: etree._Element, source: Source) -> etree._Element:
 
 
 def is_symmetric(net: etree._Element) -> bool:
-    """Tell whether a net is a coloured net that is unfolded when it is read."""
+    """Return whether a net is a coloured net that is unfolded when it is read."""
     return _last_part(net) in _SYMMETRIC
 
 
