@@ -151,7 +151,7 @@ def test_templates_of_a_workspace_must_be_named_each_time(run: Run) -> None:
     Path("mine/node/README.md.j2").write_text("Mine.\n")
     run("--templates", "mine")
     for option in ([], ["--check"]):
-        said = "ws: was generated with the templates of '../mine', which must be given again (--templates"
+        said = "ws: was generated with the templates of '../mine', which must be given again (use --templates"
         assert is_one_line_of_wrong_use(run(*option), said)
     assert Path("ws/src/waiter/README.md").read_text() == "Mine.\n"
     assert run("--default-templates").exit_code == 0
