@@ -133,7 +133,7 @@ def test_a_loss_at_a_restart_is_named(tmp_path: Path) -> None:
     (deviation,) = conform(
         talker(), {node: partial(iter, trace) for node, trace in traces.items()}
     ).violations
-    assert deviation.reason.startswith("the publisher was started again, and had sent more meanwhile")
+    assert deviation.reason.startswith("the publisher was restarted, and had sent more messages")
 
 
 def test_parts_without_a_checkpoint_are_refused(tmp_path: Path) -> None:

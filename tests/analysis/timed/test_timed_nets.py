@@ -80,7 +80,7 @@ def test_a_read_arc_does_not_disturb_a_clock_and_a_loop_does() -> None:
 
 def test_linear_classes_refuse_priorities() -> None:
     net = TimedNet.build({"p": 1}, [Transition("a", {"p": 1}), Transition("b", {"p": 1})], {}, [("a", "b")])
-    with pytest.raises(DinerosError, match="do not know priorities"):
+    with pytest.raises(DinerosError, match="do not support priorities"):
         class_graph(net, "W")
     assert class_graph(net, "S").edges == 1
 

@@ -119,7 +119,7 @@ def test_a_digest_is_read(
 @pytest.mark.parametrize(
     ("program", "says"),
     [
-        ("#!/bin/sh\necho hello\n", "holds no digest"),
+        ("#!/bin/sh\necho hello\n", "has no digest"),
         ("#!/bin/sh\necho '# net n, 1 places, 2 transitions, 0 arcs'\n", "has read 1 places and 2"),
         ("#!/bin/sh\necho 'net.net, line 3: syntax error' >&2\nexit 2\n", "exit status 2: net.net, line 3"),
     ],

@@ -99,7 +99,7 @@ def test_stored_bounds(run: Run, robot: Path) -> None:
     assert found["findings"][0]["witness"]["steps"][-1]["time"]["at"] == 0.47
     without = json.loads(run("check", "--json", robot).stdout)
     assert len(without["unknown"]) == len(texts)
-    assert all("ask with --time" in each for each in without["unknown"])
+    assert all("use --time" in each for each in without["unknown"])
 
     verified = run("verify", "--time", robot, "Fast")
     assert verified.exit_code == 1

@@ -245,7 +245,7 @@ def test_a_new_model_begins_empty(tmp_path: Path) -> None:
         (b'{"redo": true}\n', "nothing to undo or redo"),
         (b"[[[[\n", "no JSON"),
         (b"7\n", "not an entry"),
-        (b'{"what": 1}\n', "no known kind"),
+        (b'{"what": 1}\n', "unknown kind"),
     ],
 )
 def test_a_journal_that_somebody_damaged_is_said(tmp_path: Path, line: bytes, said: str) -> None:

@@ -85,7 +85,7 @@ def test_warnings_without_end_are_no_progress(
     folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     stand_in(monkeypatch, tmp_path, "while :; do echo damaged >&2; sleep 0.05; done")
-    with pytest.raises(TracingError, match="has said nothing"):
+    with pytest.raises(TracingError, match="has printed nothing"):
         list(Tracing(folder, stalled=0.5).events())
 
 

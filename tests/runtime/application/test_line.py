@@ -60,7 +60,7 @@ def test_what_is_too_long_is_refused(ends: ENDS, monkeypatch: pytest.MonkeyPatch
 
 def test_who_does_not_listen_makes_nobody_wait(ends: ENDS) -> None:
     line, _ = ends
-    with pytest.raises(LineError, match="does not listen"):
+    with pytest.raises(LineError, match="does not respond"):
         for _ in range(10_000):
             line.say({"text": "a" * 1000}, waits=False)
 

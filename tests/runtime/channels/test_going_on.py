@@ -233,4 +233,4 @@ def test_what_was_under_way_and_is_not_sent_again_is_told_as_lost(tmp_path: Path
 
     assert (verdict_on("subscriber").status, verdict_on("restart").status) == ("conforms", "conforms")
     (deviation, *_) = verdict_on("restart", 20).violations
-    assert deviation.reason.startswith("the publisher was started again, and had sent more meanwhile")
+    assert deviation.reason.startswith("the publisher was restarted, and had sent more messages")

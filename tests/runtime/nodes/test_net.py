@@ -118,7 +118,7 @@ def test_signals_that_are_not_there_or_no_booleans() -> None:
 def test_a_net_has_one_node() -> None:
     net = Net(tiny({"go": "a -> b"}))
     Node(net)
-    with pytest.raises(DinerosError, match="a node already"):
+    with pytest.raises(DinerosError, match="already has a node"):
         Node(net)
 
 

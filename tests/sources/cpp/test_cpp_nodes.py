@@ -161,7 +161,7 @@ def test_a_name_without_a_namespace_is_that_of_the_header(tmp_path: Path) -> Non
 def test_code_that_is_not_there_and_gets_the_node_is_named(tmp_path: Path) -> None:
     """What only reads parameters is not."""
     facts = _read(tmp_path, STATES + HELPERS)
-    (line,) = [each for each in facts.unread if "gets the node" in each]
+    (line,) = [each for each in facts.unread if "receives the node" in each]
     assert "vendor::Driver receives the node, but its code is not in the folder" in line
 
 

@@ -214,7 +214,7 @@ def test_another_model_ends_the_game(player: Player) -> None:
     assert player.game(action="begin", signals="fully-enabled")["places"][words] == 5
     player.document.undo()
     trace = '{"sequence":0,"event":"header","schema":1,"kind":"witness","model":"greeting"}\n'
-    assert "other tokens" in player.refused(action="open", traces={"t": trace})
+    assert "tokens that differ" in player.refused(action="open", traces={"t": trace})
     assert "trace of the model" in player.refused(action="open", traces={"t": trace.replace("greeting", "x")})
 
 

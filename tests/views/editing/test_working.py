@@ -66,7 +66,7 @@ def test_a_check_tells_of_elements_and_its_witness_is_played(file: Path, edit: E
         limit = {"kind": "set", "element": tab.by_id("Words"), "feature": "tokens", "value": 1}
         tab.ask("do", commands=[limit])
         refused = tab.ask("play", action="open", job=job["job"], witness=lost["witness"])
-        assert refused["type"] == "refused" and "other tokens" in refused["reason"]
+        assert refused["type"] == "refused" and "tokens that differ" in refused["reason"]
         assert load(file).pages[0].objects[0].tokens == 3  # type: ignore[attr-defined]
         mended = done(tab, kind="find", marking="Noted >= 2", signals="none")
         assert mended["result"]["status"] == "unreachable" and mended["revision"] == 1
