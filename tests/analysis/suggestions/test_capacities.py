@@ -21,7 +21,7 @@ from tests.support.systems.talker import talker
 from tests.support.systems.unbounded_systems import timer_and_logger, unbounded_systems
 
 MOST = 3_000
-ENOUGH = Budget(seconds=12)
+ENOUGH = Budget(seconds=6)
 """Each stage may take a share of it, also where the next one answers at once."""
 
 LOST = re.compile(r" loses a message(?: of instance [0-9]+ of service \S+)?$")

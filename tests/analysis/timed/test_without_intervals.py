@@ -26,7 +26,7 @@ from tests.support.systems.talker import talker
 
 ROOT = Path(__file__).resolve().parents[3]
 OF_OTHERS = ROOT.parent / "shared/mcc/nets"
-FEW, MANY = Budget(states=20_000), Budget(states=600_000)
+FEW, MANY = Budget(states=20_000), Budget(states=150_000)
 KINDS: tuple[Kind, ...] = ("W", "M", "S", "E")
 
 MODELS = sorted(

@@ -17,6 +17,7 @@ from dineros.analysis.walks.scouting import Scout, short_pumping, short_way
 from tests.analysis.strategies import nets
 
 LIMITS = Budget(1 << 26, seconds=60)
+QUICK = Budget(1 << 26, seconds=3)
 
 
 def move(name: str, here: str, there: str) -> Transition:
@@ -93,11 +94,11 @@ def test_a_loop_takes_away_what_inhibits_one_of_its_firings() -> None:
 
 
 @pytest.mark.long
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(nets())
 def test_what_is_met_can_be_fired(net: CompiledNet) -> None:
     growing = [p for p, bound in enumerate(place_bounds(net)) if bound is None]
-    found = first_round(net, LIMITS, range(len(net.transitions)), True, growing)
+    found = first_round(net, QUICK, range(len(net.transitions)), True, growing)
     for t, way in found.ways.items():
         for each in (way, short_way(net, way)):
             assert each[-1] == t
@@ -110,7 +111,7 @@ def test_what_is_met_can_be_fired(net: CompiledNet) -> None:
         assert can_repeat(net, pumping)
         assert known.is_bounded is not True
     wanted = range(len(net.transitions))
-    proved = firings(net, LIMITS, wanted)
+    proved = firings(net, QUICK, wanted)
     assert proved.dead.isdisjoint(found.ways)
     assert not (proved.has_no_deadlock and found.deadlock is not None)
 
