@@ -51,13 +51,33 @@ class Properties(Question):
     def leave_open(self, checked: Checked, reason: str) -> None:
         """Leave those open that are not answered."""
         for property in _left(checked):
-            checked.leave_open(f"whether property {label(property)} holds", reason)
+            self._leave_open(checked, property, reason)
 
     def ask_first(self, checked: Checked) -> None:
         """Ask each for a short while."""
         for property in properties_of(checked.model):
             share = checked.budget.share(FIRST_SHARE).at_most(FIRST_SECONDS)
             self._ask_of(checked, property, share, is_first=True)
+
+    def ask_bounds(self, checked: Checked) -> None:
+        """Prove bounds of latencies by response-time analysis, before anything that takes long."""
+        from dineros.analysis.requirements.asking import question_of
+        from dineros.analysis.requirements.stored import Asked
+
+        for property in (each for each in properties_of(checked.model) if each.expected):
+            shown = f"property {label(property)}"
+            with checked.guarded(None):
+                try:
+                    question = question_of(property, self._subject(checked))
+                except FormulaError:
+                    continue  # what is open, or cannot be read, is asked again
+                if isinstance(question, Asked):
+                    continue
+                checked.budget.stage(f"whether {shown} holds")
+                outcome = question.by_bounds()
+                if outcome is not None:
+                    self._say(checked, property, shown, question, outcome)
+                    checked.bounded[_mark(property)] = checked.report.proved[-1]
 
     def ask(self, checked: Checked) -> None:
         """Ask those that are left one after the other, each with its share of what is left."""
@@ -84,10 +104,9 @@ class Properties(Question):
         from dineros.analysis.requirements.asking import question_of
 
         shown = f"property {label(property)}"
-        asks = f"whether {shown} holds"
-        checked.budget.stage(asks)
+        checked.budget.stage(f"whether {shown} holds")
         # What is open after a short while is asked again.
-        with checked.guarded(None if is_first else partial(checked.leave_open, asks)):
+        with checked.guarded(None if is_first else partial(self._leave_open, checked, property)):
             checked.budget.check_time()
             try:
                 question = question_of(property, self._subject(checked))
@@ -101,6 +120,11 @@ class Properties(Question):
                 self._say(checked, property, shown, question, outcome)
                 checked.told.add(_mark(property))
 
+    def _leave_open(self, checked: Checked, property: sym.Property, reason: str) -> None:
+        """Leave a property open, if no safe bound has proved it."""
+        if _mark(property) not in checked.bounded:
+            checked.leave_open(f"whether property {label(property)} holds", reason)
+
     def _say(
         self,
         checked: Checked,
@@ -110,8 +134,11 @@ class Properties(Question):
         outcome: Outcome,
     ) -> None:
         if outcome.status == "unknown":
-            checked.leave_open(f"whether {shown} holds", outcome.reason)
+            self._leave_open(checked, property, outcome.reason)
             return
+        if _mark(property) in checked.bounded:
+            checked.report.proved.remove(checked.bounded.pop(_mark(property)))
+            checked.answered[:] = [each for each in checked.answered if each[0] is not property]
         checked.answered.append((property, question, outcome))
         does_hold = outcome.status == "holds"
         if does_hold == bool(property.expected):

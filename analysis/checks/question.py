@@ -74,6 +74,9 @@ class Checked:
         Ids of what has been answered before its question was asked.
     answered : list
         The stored properties that were decided: the property, the question and what is said of it.
+    bounded : dict of str to str
+        Of stored properties that safe bounds have proved: what the report says of each. A later answer that
+        is exact takes its place.
     """
 
     model: pn.Net
@@ -89,6 +92,7 @@ class Checked:
     circles: list[Circle] = field(default_factory=list)
     told: set[str] = field(default_factory=set)
     answered: list[tuple[sym.Property, Asked | AskedLatency, Outcome]] = field(default_factory=list)
+    bounded: dict[str, str] = field(default_factory=dict)
 
     @cached_property
     def subject(self) -> Subject:

@@ -105,7 +105,10 @@ def ask_timed(
         return None
     checked = TimedChecked(model, report, budget.begun(), None, orders)
     checked.subject = subject
-    for question in TIMED_QUESTIONS if questions is None else questions:
+    asked = TIMED_QUESTIONS if questions is None else questions
+    for properties in (each for each in asked if isinstance(each, Properties)):
+        properties.ask_bounds(checked)
+    for question in asked:
         if checked.is_closed and question.needs_space:
             report.open_rules |= {fault.rule for fault in question.faults}
             continue

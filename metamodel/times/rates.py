@@ -11,19 +11,19 @@ transition takes the tick, or the message, that it needs: it was there when the 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from fractions import Fraction
 
 from dineros.metamodel import pn, pnm, sym
-from dineros.metamodel.base import EObject
 from dineros.metamodel.callbacks.bodies import Body
 from dineros.metamodel.callbacks.groups import callback_page_of, readers_of, runs_callbacks
 from dineros.metamodel.calls import UNLIMITED
-from dineros.metamodel.elements import node_net_of, nodes, resolve, system_model_of
+from dineros.metamodel.elements import node_net_of, resolve
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.matching import are_matched
 from dineros.metamodel.times.given import duration_of, latency_between, period_of, runs_at_once, waits
-from dineros.metamodel.times.runs import most_put, only_put_by
+from dineros.metamodel.times.once import once, unchanged
+from dineros.metamodel.times.runs import most_put, only_put_by, ports_at, stand_for
 
 MOST_ON_THE_WAY = 64
 """Messages between two ports, each with a clock of its own."""
@@ -52,7 +52,8 @@ def on_the_way(writer: sym.PublisherPort, reader: sym.SubscriberPort) -> int:
     latency = latency_between(writer, reader)
     if latency is None or latency.latest is None:
         return 0
-    found = _publications(writer, seconds_of(latency.latest), frozenset())
+    with unchanged():
+        found = _publications(writer, seconds_of(latency.latest), frozenset())
     if found is None:
         return 0
     if found > MOST_ON_THE_WAY:
@@ -91,13 +92,14 @@ def publishes_without_end(
     return False
 
 
+@once
 def _publications(writer: sym.PublisherPort, window: Fraction, asked: frozenset[object]) -> int | None:
     """Return how many messages a port can publish in a window; None where nothing bounds it.
 
     Only an executor runs callbacks one after another. Messages can gather in the engine of a node net and
     leave all at once, unless each of them takes a tick or a message.
     """
-    is_fed = any(not isinstance(port, sym.PublisherPort) for port in _ports_at(writer.place))
+    is_fed = any(not isinstance(port, sym.PublisherPort) for port in ports_at(writer.place))
     if writer.place.tokens or is_fed:
         return None
     if not runs_callbacks(node_net_of(writer.place)):
@@ -114,37 +116,16 @@ def _publications(writer: sym.PublisherPort, window: Fraction, asked: frozenset[
     return total
 
 
-def _ports_at(place: pn.Place) -> list[EObject]:
-    """Return the ports that name a place: the middleware puts tokens there, or takes them."""
-    model = system_model_of(place)
-    known = model.channels if model is not None else ()
-    parts = [part for channel in known for part in channel.eAllContents()]
-    return [part for part in parts if any(named is place for named in _named(part))]
-
-
-def _named(part: EObject) -> Iterator[object]:
-    for reference in type(part).eClass.eAllReferences():
-        if not reference.containment and not reference.many:
-            yield getattr(part, reference.name, None)
-
-
 def _put_by_engine(place: pn.Place, window: Fraction, asked: frozenset[object]) -> int | None:
     """Return how many tokens the engine of a node net can put on a place in a window; None: any number."""
     total = 0
-    for each in _stand_for(place):
+    for each in stand_for(place):
         for arc in _given(each.incoming):
             fired = _firings(arc.source, window, asked)
             if fired is None:
                 return None
             total += arc.weight * fired
     return total
-
-
-def _stand_for(place: pn.Place) -> list[pn.Node]:
-    """Return a place and the references to it."""
-    model = system_model_of(place)
-    away = [each for each in nodes(model) if isinstance(each, pn.ReferencePlace)] if model is not None else []
-    return [place, *(each for each in away if resolve(each) is place)]
 
 
 def _given(arcs: Iterable[pn.Arc]) -> list[pn.Arc]:
@@ -172,10 +153,10 @@ def _taken(place: pn.Place, window: Fraction, asked: frozenset[object]) -> int |
 
     Nothing but subscriptions may put tokens there.
     """
-    places = _stand_for(place)
+    places = stand_for(place)
     if any(_given(each.incoming) for each in places):
         return None
-    ports = _ports_at(place)
+    ports = ports_at(place)
     if len(ports) != 1 or not isinstance(ports[0], sym.SubscriberPort):
         return None
     weights = [arc.weight for each in places for arc in _given(each.outgoing)]

@@ -7,7 +7,7 @@ a bound. There is none where a run can go round a circle that puts a token, or l
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, defaultdict
 
 from dineros.metamodel import pn, pnm, sym
 from dineros.metamodel.base import EObject
@@ -15,6 +15,7 @@ from dineros.metamodel.callbacks.bodies import Body, calls_of
 from dineros.metamodel.callbacks.groups import callback_page_of, runs_callbacks
 from dineros.metamodel.elements import node_net_of, nodes, resolve, system_model_of
 from dineros.metamodel.times.given import runs_at_once
+from dineros.metamodel.times.once import once
 
 MOST_STATES = 300
 """So many markings of one run are explored at most."""
@@ -22,6 +23,7 @@ MOST_STATES = 300
 _Marking = frozenset[tuple[pn.Node, int]]
 
 
+@once
 def most_put(page: sym.CallbackPage, place: pn.Place) -> int | None:
     """Return how many tokens one run of a callback puts on a place at most; None if nothing bounds it."""
     run = _Run(page, place)
@@ -45,6 +47,7 @@ def is_changed_elsewhere(page: sym.CallbackPage, place: pn.Place) -> bool:
     return any(each is not page for each in _changed_by(place))
 
 
+@once
 def only_put_by(place: pn.Place) -> list[sym.CallbackPage] | None:
     """Return the callbacks that put tokens on a place; None if something outside of callbacks may, too.
 
@@ -55,24 +58,50 @@ def only_put_by(place: pn.Place) -> list[sym.CallbackPage] | None:
     return sorted(found, key=lambda page: str(page.id)) if found == pages else None
 
 
+@once
 def _changed_by(place: pn.Place) -> set[sym.CallbackPage | None]:
     """Return the callbacks with arcs from and to a place; None among them: arcs outside of callbacks."""
-    model = system_model_of(place)
-    away = {
-        node
-        for node in (nodes(model) if model is not None else ())
-        if isinstance(node, pn.ReferencePlace) and resolve(node) is place
-    }
-    around = [arc for each in (place, *away) for arc in (*each.incoming, *each.outgoing)]
+    around = [arc for each in stand_for(place) for arc in (*each.incoming, *each.outgoing)]
     return {callback_page_of(arc) for arc in around if not isinstance(arc.page, pnm.Sheet)}
+
+
+def stand_for(place: pn.Place) -> list[pn.Node]:
+    """Return a place and the references to it."""
+    model = system_model_of(place)
+    return [place] if model is None else [place, *_references_of(model).get(place, ())]
+
+
+@once
+def _references_of(model: sym.SystemModel) -> dict[pn.Node, list[pn.Node]]:
+    found: dict[pn.Node, list[pn.Node]] = defaultdict(list)
+    for node in nodes(model):
+        if isinstance(node, pn.ReferencePlace):
+            found[resolve(node)].append(node)
+    return found
 
 
 def places_of_ports(model: sym.SystemModel | None) -> set[pn.Place]:
     """Return the places that ports of a model name: the middleware puts tokens there, or takes them."""
-    channels = model.channels if model is not None else ()
-    ports = [part for channel in channels for part in channel.eAllContents()]
-    named = [getattr(port, name) for port in ports for name in _references(port)]
-    return {each for each in named if isinstance(each, pn.Place)}
+    return set() if model is None else {each for each in _ports_of(model) if isinstance(each, pn.Place)}
+
+
+def ports_at(place: pn.Place) -> list[EObject]:
+    """Return the ports that name a place: the middleware puts tokens there, or takes them."""
+    model = system_model_of(place)
+    return [] if model is None else _ports_of(model).get(place, [])
+
+
+@once
+def _ports_of(model: sym.SystemModel) -> dict[EObject, list[EObject]]:
+    """Return the ports of a model by what they name; each names a thing once at most, in this list."""
+    found: dict[EObject, list[EObject]] = defaultdict(list)
+    for channel in model.channels:
+        for part in channel.eAllContents():
+            named = {getattr(part, name, None) for name in _references(part)}
+            for each in named:
+                if isinstance(each, EObject):
+                    found[each].append(part)
+    return found
 
 
 _REFERENCES: dict[str, tuple[str, ...]] = {}

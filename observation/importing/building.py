@@ -75,6 +75,8 @@ def to_model(system: ObservedSystem, given: Given | None = None, id: str = "obse
         model.pages.append(builder.build())
         assumed += builder.assumed
     model.channels.extend(channels.all())
+    for name, text in given.properties.items():
+        model.properties.append(sym.Property(id=channels.ids.new(name), text=text))
     names = {node.name for node in found.nodes}
     topics = {topic.name for topic in system.topics}
     services = {service.name for service in system.services}

@@ -33,6 +33,9 @@ It is TOML. All parts are optional; given facts replace assumptions::
     [times]                                 # of all that says nothing of its own
     latency = [0, 0.002]
     takes = [0, 0.01]
+
+    [properties]                            # that the model stores, in words
+    Reacts = "/scan to /cmd_vel within 0.2"
 """
 
 from __future__ import annotations
@@ -159,6 +162,7 @@ class Given:
     actions: Mapping[str, GivenService] = field(default_factory=dict)
     latency: Span | None = None
     takes: Span | None = None
+    properties: Mapping[str, str] = field(default_factory=dict)
 
     def node(self, name: str) -> GivenNode:
         """Return the facts given for a node."""
@@ -193,6 +197,7 @@ def read_given(path: Path) -> Given:
 
 _Channel = TypeVar("_Channel", GivenTopic, GivenService)
 _STEP = re.compile(r"(publish|call|send|goal|cancel|wait|result)\s+(\S+?)(?:\s*([?*]))?")
+_PROPERTY = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,99}")
 _SLEEP = re.compile(r"sleep\s+(\d{1,8}(?:\.\d{1,9})?)(?:\s*(\?))?")
 
 
@@ -203,8 +208,12 @@ class _Reading:
         self._path = path
 
     def given(self, found: Mapping[str, Any]) -> Given:
-        self._known(found, "", ("node", "topic", "service", "action", "times"))
+        self._known(found, "", ("node", "topic", "service", "action", "times", "properties"))
         nodes, times = self._table(found, "node", ""), self._table(found, "times", "")
+        properties = self._table(found, "properties", "")
+        for name in properties:
+            if not _PROPERTY.fullmatch(name):
+                raise self._wrong(f"properties.{name}", "is not a name", "letters, digits and _")
         self._known(times, "times", ("latency", "takes"))
         return Given(
             {name: self._node(self._table(nodes, name, "node"), f"node.{name}") for name in nodes},
@@ -214,6 +223,7 @@ class _Reading:
             self._channels(found, "action", GivenService, ()),
             self._span(times, "latency", "times"),
             self._span(times, "takes", "times"),
+            {name: self._text(properties, name, "properties") for name in properties},
         )
 
     def _node(self, table: Mapping[str, Any], at: str) -> GivenNode:

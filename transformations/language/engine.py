@@ -13,6 +13,7 @@ from typing import Any, TypeVar
 
 from dineros.metamodel.base import EObject
 from dineros.metamodel.limits import exceeds
+from dineros.metamodel.times.once import unchanged
 from dineros.transformations.language.creation import IMAGES, Copy, ForAll, Fragment, Maker, New
 from dineros.transformations.language.errors import RuleError
 from dineros.transformations.language.expressions import Match, Variable
@@ -97,9 +98,10 @@ class Engine:
         try:
             nodes = [*rule.lhs, *rule.context]
             bound = {IMAGES: self.images, **(given or {})}
-            for match in self._matcher.matches(nodes, rule.where, rule.absent, bound):
-                self._plan(rule, sum(self._size(item, match) for item in rule.rhs))
-                matches.append(match)
+            with unchanged():
+                for match in self._matcher.matches(nodes, rule.where, rule.absent, bound):
+                    self._plan(rule, sum(self._size(item, match) for item in rule.rhs))
+                    matches.append(match)
         except (AttributeError, TypeError, ValueError) as error:
             raise RuleError(
                 f"{rule.__name__} cannot be matched: {error}", location=rule.lhs[0].location

@@ -14,6 +14,7 @@ from dineros.analysis.requirements.latencies import AskedLatency
 from dineros.analysis.requirements.latency_bounds import LatencyBound, latency_bound
 from dineros.analysis.timed.schedules import check_times
 from dineros.analysis.timed.timed_subject import TimedSubject
+from dineros.analysis.timed_checks.timed_check import check_timed
 from dineros.metamodel import sym
 from dineros.metamodel.elements import find
 from tests.support.timed_systems.counted import CHAINS, COUNTED, RESPONSES
@@ -108,3 +109,32 @@ def test_without_times_it_is_not_known() -> None:
 def test_wrong_ends(text: str) -> None:
     with pytest.raises(FormulaError):
         asked(1, text).answer(LIMITS)
+
+
+@pytest.mark.parametrize("number", sorted(CHAINS))
+def test_bounds_prove_only_what_holds(number: int) -> None:
+    """No safe bound proves less than the greatest time that was counted."""
+    first, last, _, greatest, _ = CHAINS[number]
+    less = Fraction(greatest, 100) - Fraction(1, 1000)
+    assert asked(number, f"{first} to {last} within {less}").by_bounds() is None
+    proved = asked(number, f"{first} to {last} within 1000").by_bounds()
+    assert proved is None or proved.status == "holds"
+
+
+def test_a_check_without_time_proves_what_bounds_prove() -> None:
+    model = model_of(COUNTED[1].system, 0.01)
+    first, last, *_ = CHAINS[1]
+    model.properties.append(sym.Property(id="Wide", text=f"{first} to {last} within 1000"))
+    model.properties.append(sym.Property(id="Narrow", text=f"{first} to {last} within 0.000001"))
+    report = check_timed(model, Budget(seconds=0.0))
+    assert [each for each in report.proved if each.startswith("property Wide holds")]
+    assert "whether property Narrow holds" in [each.question for each in report.unknown]
+    assert "whether property Wide holds" not in [each.question for each in report.unknown]
+
+
+def test_an_exact_answer_takes_the_place_of_a_bound() -> None:
+    model = model_of(COUNTED[1].system, 0.01)
+    first, last, *_ = CHAINS[1]
+    model.properties.append(sym.Property(id="Wide", text=f"{first} to {last} within 1000"))
+    report = check_timed(model, LIMITS)
+    assert len([each for each in report.proved if "property Wide" in each]) == 1

@@ -248,3 +248,18 @@ def test_people_add_a_time_and_keep_what_code_says(tmp_path: Path) -> None:
     assert any(each.id.startswith("one.on_tick.publishes_a") for each in elements(model))
     assert "behaviour" not in (tick.assumed or "")
     assert span(callback(model, "one.on_b").duration) == (0.01, None)
+
+
+def test_given_properties_are_stored(tmp_path: Path) -> None:
+    bound = "/image to zoomed within 0.2"
+    found = imported(tmp_path, f'{TIMES}\n[properties]\nreacts = "{bound}"\n', CAMERA, VIEWER, LENS)
+    (stored,) = found.model.properties
+    assert (stored.id, stored.text, stored.expected) == ("reacts", bound, True)
+
+
+@pytest.mark.parametrize("line", ['"a b" = "x"', "reacts = 3", '"" = "x"'])
+def test_wrong_properties_are_refused(tmp_path: Path, line: str) -> None:
+    path = tmp_path / "robot.given.toml"
+    path.write_text(f"[properties]\n{line}\n")
+    with pytest.raises(DinerosError, match=r"properties\."):
+        read_given(path)
