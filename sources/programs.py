@@ -66,6 +66,8 @@ class Reading:
         Values of parameters that launch files give, by programs: ``package/executable``.
     is_launched : bool
         Whether these values hold; else only where the code has none.
+    arguments : tuple of str
+        Arguments of the command line that a launch file gives.
     """
 
     folder: SourceFolder
@@ -73,6 +75,7 @@ class Reading:
     idioms: Mapping[str, Idiom]
     given: dict[str, dict[str, Any]] = field(default_factory=dict)
     is_launched: bool = False
+    arguments: tuple[str, ...] = ()
 
 
 def read_programs(reading: Reading, modules: Modules) -> Facts:
@@ -211,6 +214,7 @@ def _interpreter(modules: Modules, program: str, reading: Reading) -> tuple[Inte
     library = RosLibrary(machine, reading.idioms)
     library.maker.given = reading.given.get(program, {})
     library.maker.is_launched = reading.is_launched
+    library.maker.arguments = reading.arguments
     machine.library = library
     return machine, library
 

@@ -156,7 +156,10 @@ def _launched(
         values = files.parameters(each, full(name, each.namespace)) if not is_open(name) else {}
         if each.kind == "container":
             continue
-        nodes = run_program(program, replace(reading, given={program: values}, is_launched=True), modules)
+        launched = replace(
+            reading, given={program: values}, is_launched=True, arguments=tuple(each.arguments)
+        )
+        nodes = run_program(program, launched, modules)
         if nodes is None and cpp is not None:
             nodes = cpp.run([each.plugin or program], values)
         if nodes is None and (vendor := vendor_node(each, reading.idioms)) is not None:

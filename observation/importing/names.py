@@ -10,6 +10,7 @@ _TYPE = {
     kind: re.compile(rf"[a-z][a-z0-9_]*/{kind}/[A-Z][A-Za-z0-9]*", re.ASCII)
     for kind in ("msg", "srv", "action")
 }
+_NOT_IN_IDS = re.compile(r"[^\w.-]")
 
 
 def is_type(name: str, kind: str) -> bool:
@@ -24,14 +25,18 @@ def is_type(name: str, kind: str) -> bool:
 
 
 def flat(name: str) -> str:
-    """Return a full name as a part of an id.
+    """Return a full name, or the value of a variable, as a part of an id.
 
     Examples
     --------
     >>> flat("/arm/joint_states")
     'arm_joint_states'
+    >>> flat("'at home'")
+    'at_home'
+    >>> flat("-1")
+    '-1'
     """
-    return name.strip("/").replace("/", "_")
+    return _NOT_IN_IDS.sub("_", name.strip("/'\"")) or "_"
 
 
 def split(name: str) -> tuple[str, str]:

@@ -8,6 +8,7 @@ from dineros.sources.language.conditions import Conditions
 from dineros.sources.language.gathering import put
 from dineros.sources.language.values import (
     Class,
+    Either,
     Frame,
     Holder,
     Items,
@@ -90,6 +91,10 @@ class Assignments(Conditions):
         elif hasattr(value, "entity") and value.entity is not None:
             if value.entity.port == "(no variable)":
                 value.entity.port = name
+        elif isinstance(value, Either):
+            for each in value.options:
+                if isinstance(each, Port):
+                    self._name(each, name)
         elif isinstance(value, Items):
             for each in value.items[:50]:
                 if not isinstance(each, Items):

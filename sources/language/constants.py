@@ -8,7 +8,7 @@ import string
 from collections.abc import Callable
 from typing import Any
 
-from dineros.sources.language.values import Const, Items, Open, OutsideMethod, Text, Value, hole
+from dineros.sources.language.values import Const, Items, Open, OutsideMethod, Text, Value, hole, spread
 
 _METHODS = frozenset(
     (
@@ -37,7 +37,15 @@ def call_constant(function: Value, args: list[Value], keys: dict[str, Value]) ->
     instance, name = function.instance, function.name
     if name == "format":
         template = instance.value if isinstance(instance, Const) else None
-        return format_text(template, args, keys) if isinstance(template, str) else None
+        if not isinstance(template, str):
+            return None
+        names = list(keys)
+        return spread(
+            [*args, *keys.values()],
+            lambda found: format_text(
+                template, found[: len(args)], dict(zip(names, found[len(args) :], strict=True))
+            ),
+        )
     if not isinstance(instance, Const) or name not in _METHODS or not hasattr(instance.value, name):
         return None
     if name == "join":

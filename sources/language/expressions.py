@@ -73,6 +73,8 @@ class Expressions(Collections):
         stars = self.stars.get(frame.module.path, ())
         if len(stars) == 1 and name[:1].isupper():  # ``from geometry_msgs.msg import *``
             return Outside(f"{stars[0]}.{name}")
+        if stars and name[:1].isupper() and all(each.endswith((".msg", ".srv", ".action")) for each in stars):
+            return join(Outside(f"{each}.{name}", is_star=True) for each in stars)
         return None
 
     def assign_variable(self, name: str, value: Value, frame: Frame) -> None:

@@ -29,7 +29,9 @@ from dineros.sources.language.values import (
     hole,
     is_none,
     join,
+    options,
     same,
+    spread,
 )
 
 _OPERATORS: dict[type, Callable[[Any, Any], Any]] = {
@@ -69,16 +71,16 @@ class Operations(Machine):
                 if each.format_spec is not None and isinstance(value, Const):
                     spec = self.evaluate(each.format_spec, frame)
                     value = format_text("{:" + hole(spec) + "}", [value], {})
-                if not isinstance(value, (Const, Text)):
+                if not all(isinstance(option, (Const, Text)) for option in options(value)):
                     value = Open(short(each.value))
                 parts.append(value)
             else:
                 parts.append(self.evaluate(each, frame))
-        return joined(parts)
+        return spread(parts, joined)
 
     def _value_of_BinOp(self, node: ast.BinOp, frame: Frame) -> Value:  # noqa: N802
         left, right = self.evaluate(node.left, frame), self.evaluate(node.right, frame)
-        return self.combined(node.op, left, right, short(node))
+        return spread([left, right], lambda each: self.combined(node.op, each[0], each[1], short(node)))
 
     def combined(self, op: ast.operator, left: Value, right: Value, text: str) -> Value:
         """Return the value of an operation."""

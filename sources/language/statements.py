@@ -12,6 +12,7 @@ from dineros.sources.language.endings import why_endless
 from dineros.sources.language.machine import BREAKS, CONTINUES, FALLS, RAISES, RETURNS, Activity
 from dineros.sources.language.operations import Verdict
 from dineros.sources.language.values import (
+    SETTINGS,
     Class,
     Const,
     Frame,
@@ -159,7 +160,7 @@ class Statements(Assignments):
             return self.execute(node.body if verdict else node.orelse, frame)
         done = Branch(condition, [], [])
         self.activity.block.append(done)
-        is_setting = origin.startswith(("parameter", "environment"))
+        is_setting = origin.startswith(SETTINGS)
         before = dict(frame.names)
         after: list[dict[str, Value]] = []
         off: dict[str, Value] = {}

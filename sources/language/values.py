@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
+from itertools import product
+from math import prod
 from typing import TYPE_CHECKING, Any
 
 from dineros.sources.facts import CallbackFact, Effect, Entity, NodeFact, Place
@@ -30,6 +32,10 @@ class Open(Value):
     text: str = "?"
 
 
+SETTINGS = ("parameter", "environment", "option")
+"""How the origin of a value begins that people can set from outside."""
+
+
 @dataclass(eq=False)
 class Const(Value):
     """A constant.
@@ -40,7 +46,7 @@ class Const(Value):
         Number, text, truth value, or None.
     origin : str
         Empty for a literal. Otherwise its origin, if it may have another value in other runs:
-        ``variable``, ``parameter NAME``, ``environment NAME``.
+        ``variable``, ``parameter NAME``, ``environment NAME``, ``option NAME`` (of the command line).
     """
 
     value: Any
@@ -49,7 +55,7 @@ class Const(Value):
     @property
     def is_setting(self) -> bool:
         """Whether users can set it."""
-        return self.origin.startswith(("parameter", "environment"))
+        return self.origin.startswith(SETTINGS)
 
 
 @dataclass(eq=False)
@@ -202,9 +208,16 @@ class ModuleValue(Value):
 
 @dataclass(eq=False)
 class Outside(Value):
-    """A module, class, function or constant outside of the folder, by its dotted name."""
+    """Something that is not in the folder: module, class, function or constant, by its dotted name.
+
+    Attributes
+    ----------
+    is_star : bool
+        Whether all names of its module are imported, so that another module may have it.
+    """
 
     path: str
+    is_star: bool = False
 
 
 @dataclass(eq=False)
@@ -315,6 +328,19 @@ def join(values: Iterable[Value | None]) -> Value:
     if len(found) > MOST_OPTIONS:
         return Open("many values")
     return found[0] if len(found) == 1 else Either(found)
+
+
+def spread(values: list[Value], made: Callable[[list[Value]], Value]) -> Value:
+    """Return what is made of values of which some are one of several constants: one of several, too."""
+    choices = [
+        each.options
+        if isinstance(each, Either) and all(isinstance(option, (Const, Text)) for option in each.options)
+        else [each]
+        for each in values
+    ]
+    if prod(map(len, choices)) > MOST_OPTIONS:
+        return made(values)
+    return join(made(list(each)) for each in product(*choices))
 
 
 MOST_OPTIONS = 24

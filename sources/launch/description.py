@@ -51,6 +51,8 @@ class Started:
         Of a component: the name of its container.
     has_threads : bool
         Of a container whose components have executors of their own: whether these have several threads.
+    arguments : list of str
+        Of the command line, without those of ROS.
     """
 
     at: Place
@@ -66,6 +68,7 @@ class Started:
     kind: str = "node"
     container: str = ""
     has_threads: bool = False
+    arguments: list[str] = field(default_factory=list)
     included: str = ""
     file: str = ""
 
@@ -319,6 +322,8 @@ class Walker(Substitutions):
                 found.namespace = target
             elif is_remap and not source.startswith("_"):
                 found.remappings[source] = target
+            elif argument not in ("--ros-args", "-r", "-p", "--"):
+                found.arguments.append(argument)
         return found
 
     def _add(self, found: Started, scope: Scope) -> None:

@@ -34,6 +34,7 @@ from dineros.sources.language.values import (
 )
 from dineros.sources.libraries.applying import Idioms
 from dineros.sources.libraries.built_ins import BuiltIns
+from dineros.sources.libraries.command_line import PARSER, call_parser
 from dineros.sources.libraries.doing import Doer, Keys, seconds
 from dineros.sources.libraries.executors import Executors
 from dineros.sources.libraries.idioms import Idiom
@@ -288,6 +289,8 @@ class RosLibrary:
         found = self.doer.lock(value, name, args, keys, node, frame)
         if found is not None:
             return found
+        if value.path == PARSER:
+            return call_parser(self.machine, value, name, args, keys, self.maker.arguments)
         if value.path.startswith("launch"):
             return self._of_launch(value, name, args)
         if value.path == "rclpy.timer.Rate" and name == "sleep":

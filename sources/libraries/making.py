@@ -10,7 +10,6 @@ from dineros.sources.facts import OPEN, CallbackFact, Entity, NodeFact, Place, i
 from dineros.sources.language.machine import Machine
 from dineros.sources.language.values import (
     Const,
-    Either,
     Frame,
     Goal,
     Holder,
@@ -25,9 +24,11 @@ from dineros.sources.language.values import (
     Value,
     constant,
     is_none,
+    join,
     options,
     text_of,
 )
+from dineros.sources.libraries.arguments import alternatives, type_of
 from dineros.sources.libraries.quality import profile_of
 
 NO_VARIABLE = "(no variable)"
@@ -49,6 +50,7 @@ class Maker:
         self.parameters: dict[int, dict[str, Value]] = {}
         self.given: Mapping[str, Any] = {}
         self.is_launched = False
+        self.arguments: tuple[str, ...] = ()
 
     # -------------------------------------------------------------------------------------------------- nodes
 
@@ -178,7 +180,7 @@ class Maker:
 
     def type(self, entity: Entity, value: Value | None) -> None:
         """Set the type of an entity."""
-        entity.type = type_of(value)
+        entity.type = type_of(value, entity.kind)
 
     def quality(self, entity: Entity, value: Value | None, *, usual: bool = False) -> None:
         """Set the quality of service of an entity."""
@@ -252,7 +254,27 @@ class Maker:
         if isinstance(node, ast.Call):
             self.machine.modules.reached.add((frame.module.path, node.func.end_lineno or 0))
         kind = name.removeprefix("create_").removeprefix("lifecycle_")
-        entity, is_new = self.entity(_KINDS[kind], fact, node, frame)
+        names = alternatives(call.argument(1, "topic", "srv_name")) if kind in _NAMED else []
+        if names:
+            ports = [self._create(kind, name, fact, call, node, frame, each) for each in names]
+            return join(ports)
+        return self._create(kind, name, fact, call, node, frame, None)
+
+    def _create(
+        self,
+        kind: str,
+        name: str,
+        fact: NodeFact,
+        call: Made,
+        node: ast.AST,
+        frame: Frame,
+        chosen: Const | None,
+    ) -> Value:
+        """Make an entity; `chosen` is one of the names that it may have, of which a run has one."""
+        extra = 0 if chosen is None else f"named {chosen.value}"
+        entity, is_new = self.entity(_KINDS[kind], fact, node, frame, extra)
+        if chosen is not None:
+            entity.details["conditional"] = "one of several names"
         if not is_new:
             self._note_creation(kind, entity, node, frame)
             return Port(entity, fact)
@@ -263,13 +285,13 @@ class Maker:
             self.group(entity, call.argument(2, "callback_group"), fact)
         elif kind == "publisher":
             self.type(entity, call.argument(0, "msg_type"))
-            self.name(entity, call.argument(1, "topic"))
+            self.name(entity, chosen or call.argument(1, "topic"))
             self.quality(entity, call.argument(2, "qos_profile"))
             if name == "create_lifecycle_publisher":
                 entity.details["managed"] = True
         elif kind == "subscription":
             self.type(entity, call.argument(0, "msg_type"))
-            self.name(entity, call.argument(1, "topic"))
+            self.name(entity, chosen or call.argument(1, "topic"))
             self.callback(
                 entity, "callback", call.argument(2, "callback"), fact, [Open("message")], "subscription"
             )
@@ -277,7 +299,7 @@ class Maker:
             self.group(entity, call.argument(-1, "callback_group"), fact)
         elif kind == "service":
             self.type(entity, call.argument(0, "srv_type"))
-            self.name(entity, call.argument(1, "srv_name"))
+            self.name(entity, chosen or call.argument(1, "srv_name"))
             self.callback(
                 entity,
                 "callback",
@@ -289,7 +311,7 @@ class Maker:
             self.group(entity, call.argument(-1, "callback_group"), fact)
         elif kind == "client":
             self.type(entity, call.argument(0, "srv_type"))
-            self.name(entity, call.argument(1, "srv_name"))
+            self.name(entity, chosen or call.argument(1, "srv_name"))
             self.group(entity, call.argument(-1, "callback_group"), fact)
         elif kind == "guard_condition":
             self.callback(entity, "callback", call.argument(0, "callback"), fact, [], "guard condition")
@@ -350,23 +372,6 @@ class Maker:
         return Port(entity, fact)
 
 
-def type_of(value: Value | None) -> str:
-    """Return the ROS type of a class: ``std_msgs/msg/String``; open if it is not one, or unknown."""
-    if isinstance(value, Either):
-        found = [type_of(each) for each in value.options]
-        return f"open: {' or '.join(found)}"
-    if isinstance(value, Outside):
-        parts = value.path.split(".")
-        for kind in ("msg", "srv", "action"):
-            if kind in parts[1:-1]:
-                index = parts.index(kind, 1)
-                package = "/".join(parts[:index])
-                return f"{package}/{kind}/{parts[-1]}"
-        return f"open: {value.path}"
-    text = text_of(value)
-    return text if text.startswith(OPEN) else f"open: {text}"
-
-
 def _given(value: Any, name: str) -> Value:
     """Return a parameter that a launch file gives."""
     if isinstance(value, list):
@@ -385,6 +390,7 @@ def _parameter(value: Value, name: str) -> Value:
     return value
 
 
+_NAMED = ("publisher", "subscription", "service", "client")
 _KINDS = {
     "publisher": "publishers",
     "subscription": "subscriptions",
