@@ -24,7 +24,7 @@ from dineros.sources.cpp.values import (
     Seconds,
     Value,
     constant,
-    is_same,
+    is_same_item,
     options,
     part,
     shown,
@@ -319,7 +319,7 @@ class Ros(Ports):
     def _items(self, call: Call, on: Items) -> Value:
         if call.last in _ADDS:
             value = self._item(call, on)
-            if not any(is_same(each, value) for each in on.values):
+            if not any(is_same_item(each, value) for each in on.values):
                 on.values.append(value)
             on.is_open = on.is_open or isinstance(value, Open) or self.machine.when != "always"
             return on

@@ -20,6 +20,7 @@ from dineros.sources.cpp.values import (
     Port,
     Seconds,
     Value,
+    alternatives,
     constant,
     node_in,
     options,
@@ -109,6 +110,20 @@ class Maker:
             place = self.machine.place(call.node, call.frame)
             self.machine.unread.append(f"{place}: {call.last} on a node that could not be determined")
             return Open(call.last)
+        names = alternatives(args[0]) if args and kind not in ("timers", "groups") else []
+        if not names:
+            return self._entity(kind, call, args, owner)
+        found = []
+        for turn, name in enumerate(names):  # a run makes one of them
+            self.machine.turns.append(turn)
+            with self.machine.perhaps():
+                port = self._entity(kind, call, [name, *args[1:]], owner)
+            self.machine.turns.pop()
+            port.entity.details["conditional"] = "one of several names"
+            found.append(port)
+        return Either(tuple(found))
+
+    def _entity(self, kind: str, call: Call, args: list[Value], owner: Obj) -> Port:
         call_at, frame_at = self._site(call)
         entity = self.machine.entity_of(kind, self._port(call_at), call_at, frame_at, owner)
         port = Port(entity, owner)

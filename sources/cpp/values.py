@@ -60,7 +60,9 @@ class Obj(Value):
     types: dict[str, str] = field(default_factory=dict)
     parameters: dict[str, Value] = field(default_factory=dict)
     made_at: int = 0
-    """The expression that created it: evaluated again, it gives the same object."""
+    """Which expression made it: read again, it makes the same object."""
+    made_by: int = 0
+    """The same, and through which calls."""
     is_held: bool = False
     """Whether a variable holds the object itself, and not a pointer to it: a list stores a copy."""
 
@@ -110,6 +112,7 @@ class Frame:
     is_done: bool = False
     result: Value | None = None
     level: int = 0
+    off: int = 0
 
 
 @dataclass(eq=False)
@@ -156,6 +159,12 @@ def shown(value: Value | None) -> str:
     return "open"
 
 
+def alternatives(name: Value) -> list[Const]:
+    """Return the names that an entity may have, if there are several and all are known."""
+    found = [each for each in options(name) if isinstance(each, Const) and isinstance(each.value, str)]
+    return found if 1 < len(found) == len(options(name)) else []
+
+
 def part(value: Value) -> str:
     """Return a value as a part of a text."""
     if isinstance(value, Const):
@@ -198,6 +207,13 @@ def is_same(one: Value, other: Value) -> bool:
     if isinstance(one, Port) and isinstance(other, Port):
         return one.entity is other.entity
     return one == other
+
+
+def is_same_item(one: Value, other: Value) -> bool:
+    """Tell whether two items of a list are one: objects of one expression are not, if two calls run it."""
+    if isinstance(one, Obj) and isinstance(other, Obj):
+        return one is other or (is_same(one, other) and one.made_by == other.made_by)
+    return is_same(one, other)
 
 
 def node_in(value: Value | None, depth: int = 2) -> Obj | None:

@@ -32,7 +32,9 @@ def type_of(value: Value | None, entity: str = "") -> str:
         found = [type_of(each) for each in value.options]
         fitting = [each for each in found if f"/{_KINDS.get(entity, '')}/" in each]
         is_star = all(isinstance(each, Outside) and each.is_star for each in value.options)
-        return fitting[0] if is_star and len(fitting) == 1 else f"open: {' or '.join(found)}"
+        if is_star and fitting:
+            return fitting[0] if len(fitting) == 1 else f"open: {' or '.join(fitting)}"
+        return f"open: {' or '.join(found)}"
     if isinstance(value, Outside):
         parts = value.path.split(".")
         for kind in ("msg", "srv", "action"):

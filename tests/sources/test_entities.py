@@ -67,7 +67,6 @@ OPEN = {
     "sys.argv[1]": "open: sys.argv[1]",
     'self.declare_parameter("none").value': "open: parameter none",
     'f"{self.get_namespace_of(1)}/scan"': "{self.get_namespace_of(1)}/scan",
-    '"a" if len(sys.argv) > 1 else "b"': "open: a or b",
     'os.environ["ROS_DISTRO"]': "open: environment ROS_DISTRO",
 }
 
@@ -95,6 +94,102 @@ def test_names_are_resolved_or_open(tmp_path: Path, code: str, expected: str) ->
         constants='TOPIC = "from_file"\nSECOND = "from_file_too"\n',
     )
     assert node["publishers"][0]["name"] == expected
+
+
+@pytest.mark.parametrize(
+    ("code", "names"),
+    [
+        ('"a" if len(sys.argv) > 1 else "b"', ["a", "b"]),
+        ('color + "/a"', ["blue/a", "red/a"]),
+        ('f"{color}/a"', ["blue/a", "red/a"]),
+        ('"{}/a".format(color)', ["blue/a", "red/a"]),
+        ('{"x": "one", "y": "two"}[sys.argv[1]]', ["one", "two"]),
+    ],
+)
+def test_a_port_with_several_names_has_an_alternative_for_each(
+    tmp_path: Path, code: str, names: list[str]
+) -> None:
+    text = f"""
+    import sys
+
+    def main():
+        rclpy.init()
+        node = rclpy.create_node("robot")
+        color = "red"
+        if len(sys.argv) > 1:
+            color = "blue"
+        out = node.create_publisher(String, {code}, 10)
+        node.create_subscription(String, "in", lambda text: out.publish(text), 10)
+        rclpy.spin(node)
+
+    if __name__ == "__main__":
+        main()
+    """
+    node = one(facts_of(tmp_path, text))
+    found = node.of("publishers")
+    assert sorted(each.name for each in found) == names
+    assert {(each.port, each.details["conditional"]) for each in found} == {("out", "one of several names")}
+    (callback,) = [each for each in node.callbacks if each.kind == "subscription"]
+    assert {(each.entity, each.when) for each in callback.effects} == {
+        (port, "conditional") for port in found
+    }
+
+
+ARGUMENTS = """
+import argparse
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--yellow", action="store_true")
+    group = parser.add_argument_group("names")
+    group.add_argument("-t", "--the-topic", default="talk")
+    parser.add_argument("where")
+    parser.add_argument("--needed", required=True)
+    args, others = parser.parse_known_args({given})
+    rclpy.init()
+    node = rclpy.create_node("robot")
+    node.create_publisher(String, "yellow" if args.yellow else "blue", 10)
+    node.create_publisher(String, args.the_topic, 10)
+    node.create_publisher(String, args.where, 10)
+    node.create_publisher(String, args.needed, 10)
+    rclpy.spin(node)
+
+if __name__ == "__main__":
+    main()
+"""
+
+
+def test_options_of_the_command_line_have_their_defaults(tmp_path: Path) -> None:
+    found = one(facts_of(tmp_path, ARGUMENTS.format(given=""))).to_json()["publishers"]
+    names = [each["name"] for each in found]
+    assert "talk" in names and {"yellow", "blue"} >= set(names) - {"talk", *names[-2:]}
+    assert names[-2:] == ["open: option where", "open: option needed"]
+    (topic,) = [each for each in found if each["name"] == "talk"]
+    assert topic["from_"] == "option the_topic"
+
+
+def test_options_that_the_program_or_a_launch_file_gives(tmp_path: Path) -> None:
+    text = ARGUMENTS.format(given="['--the-topic=said', '--needed', 'one', '--yellow']")
+    names = [each["name"] for each in one(facts_of(tmp_path, text)).to_json()["publishers"]]
+    assert names[-3:] == ["said", "open: option where", "one"]
+    text = ARGUMENTS.format(given="['--the-topic', 'said', '--unknown']")
+    names = [each["name"] for each in one(facts_of(tmp_path, text)).to_json()["publishers"]]
+    assert names[-3] == "open: option the_topic"
+
+
+def test_a_name_of_one_of_several_modules_has_the_type_that_fits(tmp_path: Path) -> None:
+    node = node_of(
+        tmp_path,
+        """
+        def __init__(self):
+            super().__init__("robot")
+            self.create_client(Move, "move")
+            self.create_publisher(Pose, "pose", 1)
+        """,
+        before="from arm_msgs.msg import *\nfrom arm_msgs.srv import *\nfrom geometry_msgs.srv import *",
+    )
+    assert node["publishers"][0]["type"] == "arm_msgs/msg/Pose"
+    assert node["clients"][0]["type"] == "open: arm_msgs/srv/Move or geometry_msgs/srv/Move"
 
 
 def test_a_name_that_changes_in_a_loop_is_never_taken_for_its_first_value(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from typing import TYPE_CHECKING, Protocol
 
 from dineros.sources.cpp.declarators import function_of, parameters_of
@@ -163,7 +164,11 @@ class Calls(Routines):
             if text_of(field) == "reset" and len(args) == 1 and self._is_pointer(function, on):
                 self.assign(left, args[0], frame)
                 return Open("reset")
-            found = [self._on(Call(node, frame, path_of(field), args, each, field)) for each in options(on)]
+            several = options(on)
+            found = []
+            for each in several:
+                with self.perhaps() if len(several) > 1 else nullcontext():  # it is one of them
+                    found.append(self._on(Call(node, frame, path_of(field), args, each, field)))
             return found[0] if len(found) == 1 else Either(tuple(found))
         args = self.values(inner, frame)
         if function.type in ("identifier", "template_function", "qualified_identifier"):
@@ -265,13 +270,15 @@ class Calls(Routines):
     def invoke(self, called: Value, args: list[Value], node: Node, frame: Frame) -> Value:
         """Call a value."""
         found: list[Value] = []
-        for each in options(called):
-            if isinstance(each, Lambda):
-                found.append(self._run_lambda(each, args, node))
-            elif isinstance(each, Method):
-                found.append(self.run(each.routines, [*each.args, *args], each.this, node, []))
-            else:
-                found.append(Open(text_of(node)[:60]))
+        several = options(called)
+        for each in several:
+            with self.perhaps() if len(several) > 1 else nullcontext():
+                if isinstance(each, Lambda):
+                    found.append(self._run_lambda(each, args, node))
+                elif isinstance(each, Method):
+                    found.append(self.run(each.routines, [*each.args, *args], each.this, node, []))
+                else:
+                    found.append(Open(text_of(node)[:60]))
         return found[0] if len(found) == 1 else Either(tuple(found))
 
     def _run_lambda(self, each: Lambda, args: list[Value], node: Node) -> Value:

@@ -73,7 +73,7 @@ class Machine:
         self.cond = 0
         self.loops = 0
         self.off = 0
-        self.calls: list[tuple[int, int]] = []
+        self.calls: list[tuple[int, ...]] = []
         self.turns: list[int] = []
         self.frames: list[Frame] = []
         self.sites: list[tuple[str, Node, Frame | None, Frame]] = []

@@ -23,13 +23,14 @@ _MOST_OBJECTS = 200
 class Routines(Expressions):
     """Runs routines."""
 
-    def _body(self, body: Node | None, frame: Frame, called: Node) -> Value:
+    def _body(self, body: Node | None, frame: Frame, called: Node, site: Node | None = None) -> Value:
         key = (called.id, id(frame.this))
-        if len(self.calls) >= MOST_CALLS or self.calls.count(key) > 0:
+        if len(self.calls) >= MOST_CALLS or any(each[:2] == key for each in self.calls):
             return Open("a call within itself")
-        self.calls.append(key)
+        # Each call of a routine makes ports and objects of its own.
+        self.calls.append(key if site is None else (*key, site.id))
         self.frames.append(frame)
-        held, frame.level = len(self.holding), self.cond + self.loops
+        held, frame.level, frame.off = len(self.holding), self.cond + self.loops, self.off
         try:
             self.run_block(body, frame)
         finally:
@@ -85,7 +86,7 @@ class Routines(Expressions):
     def _followed(self, routine: Routine, frame: Frame, node: Node) -> Value:
         """Return the result of a routine; in a large program, routines that do not use ROS are skipped."""
         if self.steps < _LARGE or self.reach.does_matter(routine):
-            return self._body(routine.body, frame, routine.node)
+            return self._body(routine.body, frame, routine.node, node)
         words = self.reach.words(routine)
         held = [frame.this, *frame.values.values()]
         _open_members([each for value in held for each in options(value) if isinstance(each, Obj)], words)

@@ -28,6 +28,8 @@ _NOTHING = {
 }
 
 
+_NAME = re.compile(r"[A-Z][A-Z0-9_]*|[A-Za-z_]\w*(::[A-Za-z_]\w*)+")
+"""Of a constant: an enumerator is written so, a variable hardly ever."""
 _TEMPLATE = re.compile(r"<.*>", re.DOTALL)
 """Arguments of a template: a list of pointers is a list."""
 _OWN = ("Broadcaster", "Listener", "Updater", "ImageTransport")
@@ -89,6 +91,9 @@ class Statements(Loops):
     def _do_return_statement(self, node: Node, frame: Frame) -> None:
         found = named(node)
         value = self.value(found[0], frame) if found else Open("nothing")
+        if self.off > frame.off:  # with the default values, it returns elsewhere
+            self._leave(frame)
+            return
         frame.result = value if frame.result is None else joined(frame.result, value)
         self._leave(frame)
 
@@ -116,7 +121,9 @@ class Statements(Loops):
         inner = declarator.child_by_field_name("value") if declarator.type == "init_declarator" else None
         function = function_of(declarator)
         is_auto = kind is not None and kind.type == "placeholder_type_specifier"
-        if inner is not None and inner.type in ("initializer_list", "argument_list") and not is_auto:
+        if inner is not None and inner.type == "initializer_list" and _is_array(declarator):
+            value = self.value(inner, frame)
+        elif inner is not None and inner.type in ("initializer_list", "argument_list") and not is_auto:
             value = self._made(kind, self.values(inner, frame), declarator, frame)
         elif inner is not None:
             value = coerced(text_of(kind), self.value(inner, frame))
@@ -165,10 +172,35 @@ class Statements(Loops):
                     self.run_block(branch, frame)
 
     def _do_switch_statement(self, node: Node, frame: Frame) -> None:
-        self.values(node.child_by_field_name("condition"), frame)
-        for each in named(node.child_by_field_name("body")):
-            with self.perhaps():
+        asked = next(reversed(self.values(node.child_by_field_name("condition"), frame)), Open("a condition"))
+        cases = named(node.child_by_field_name("body"))
+        taken = self._case_of(asked, cases, frame)
+        is_sure = taken is not None and isinstance(asked, Open)
+        is_taken = False
+        for at, each in enumerate(cases):
+            is_taken = is_taken or at == taken
+            if is_taken:
                 self.run_block(each, frame)
+                is_taken = not _ends(each)
+            elif not is_sure:
+                with self.perhaps(is_off=taken is not None):
+                    self.run_block(each, frame)
+
+    def _case_of(self, asked: Value, cases: list[Node], frame: Frame) -> int | None:
+        """Return which case a node takes when it begins; None: it is not known, or may change."""
+        if self.role not in ("main", "constructor") or frame.has_left:
+            return None
+        return next((at for at, each in enumerate(cases) if self._is_case(each, asked, frame)), None)
+
+    def _is_case(self, case: Node, asked: Value, frame: Frame) -> bool:
+        """Tell whether a case is surely that of a value; a constant that is not known has its name."""
+        label = case.child_by_field_name("value")
+        if label is None or case.type != "case_statement":
+            return False
+        if isinstance(asked, Const):
+            return asked.value is not None and self.value(label, frame) == asked
+        is_name = isinstance(asked, Open) and not asked.parts and _NAME.fullmatch(asked.text) is not None
+        return is_name and self.value(label, frame) == asked
 
     def _do_try_statement(self, node: Node, frame: Frame) -> None:
         self.run_block(node.child_by_field_name("body"), frame)
@@ -182,7 +214,10 @@ class Statements(Loops):
     def construct(self, cls: ClassInfo, args: list[Value], types: list[str], node: Node, frame: Frame) -> Obj:
         """Return a new object of a class of the folder."""
         this = Obj(
-            cls, types=dict(zip(cls.templates, types, strict=False)), made_at=hash((node.id, *self.turns))
+            cls,
+            types=dict(zip(cls.templates, types, strict=False)),
+            made_at=hash((node.id, *self.turns)),
+            made_by=hash((node.id, *self.calls, *self.turns)),
         )
         key = (id(cls), node.id, tuple(self.calls), tuple(self.turns))
         before = self.made.get(key)
@@ -350,3 +385,18 @@ class Statements(Loops):
     def call_of(self, node: Node, frame: Frame, path: str, args: list[Value]) -> Call:
         """Return a call that is only implicit in the code."""
         return Call(node, frame, path, args)
+
+
+def _is_array(declarator: Node) -> bool:
+    """Tell whether a variable is declared as an array, as in ``const char * names[] = {...}``."""
+    inner = declarator.child_by_field_name("declarator")
+    return declarator.type == "array_declarator" or (inner is not None and _is_array(inner))
+
+
+def _ends(case: Node) -> bool:
+    """Tell whether what follows a case is not run after it."""
+    last = next((each for each in reversed(named(case)) if each.type != "comment"), None)
+    if last is not None and last.type == "compound_statement":
+        return _ends(last)
+    leaves = ("break_statement", "return_statement", "throw_statement", "continue_statement")
+    return last is not None and last.type in leaves

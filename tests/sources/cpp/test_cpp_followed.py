@@ -92,7 +92,6 @@ def test_images_have_their_own_publishers_and_a_copy_is_no_second_one(tmp_path: 
     ("start", "name"),
     [
         ("std::string topic;", "other"),  # it has no name else
-        ('std::string topic = "one";', None),
         ("std::string topic; vendor::fill(topic);", None),
         ("std::string topic; std::getline(std::cin, topic);", None),
         ("std::string topic; std::cin >> topic;", None),
@@ -107,6 +106,93 @@ def test_a_variable_without_a_value_has_the_one_that_it_gets(
         f'{start}\nif (argc_ > 1) {{ topic = "other"; }}\ncreate_publisher<std_msgs::msg::String>(topic, 1);',
     )
     assert is_open(found.name) if name is None else found.name == name
+
+
+def test_each_name_that_branches_give_is_an_alternative(tmp_path: Path) -> None:
+    found = _of(
+        tmp_path,
+        'std::string topic = "one";\nif (argc_ > 1) { topic = "other"; }\n'
+        "create_publisher<std_msgs::msg::String>(topic, 1);\n"
+        'create_publisher<std_msgs::msg::String>(argc_ > 2 ? "three" : "four", 1);',
+    )
+    assert {each.name for each in found} == {"one", "other", "three", "four"}
+    assert {each.details["conditional"] for each in found} == {"one of several names"}
+
+
+def test_what_is_done_to_one_of_several_ports_is_done_to_any(tmp_path: Path) -> None:
+    body = """
+    out_ = create_publisher<std_msgs::msg::String>(argc_ > 2 ? "one" : "two", 1);
+    create_wall_timer(1s, [this]() { out_->publish(String()); });
+"""
+    _of(tmp_path, body)
+    (node,) = read_source(tmp_path).nodes
+    (timer,) = [each for each in node.callbacks if each.kind == "timer"]
+    done = {(each.entity.name, each.when) for each in timer.effects if each.entity is not None}
+    assert done == {("one", "conditional"), ("two", "conditional")}
+
+
+def test_each_call_of_a_routine_makes_its_own_ports(tmp_path: Path) -> None:
+    body = """
+    hear("one"); hear("two");
+    add(STATUS, "three");
+    add(OTHER, "four");
+    for (const Output & each : outputs_) {
+      create_publisher<std_msgs::msg::String>(each.name, 1);
+      init(each.kind, topic(each.kind));
+    }
+"""
+    members = """
+    enum Kind { STATUS, OTHER };
+    struct Output { Kind kind; std::string name; };
+    std::vector<Output> outputs_;
+    void hear(const std::string & name) { create_publisher<std_msgs::msg::String>(name, 1); }
+    void add(Kind kind, const std::string & name) {
+      Output found;
+      found.kind = kind;
+      found.name = name;
+      outputs_.push_back(found);
+    }
+    std::string topic(Kind kind) const {
+      switch (kind) {
+        case STATUS:
+          return "status";
+        case OTHER:
+        default:
+          return "rest";
+      }
+    }
+    void init(Kind kind, const std::string & name) {
+      switch (kind) {
+        case STATUS: create_publisher<std_msgs::msg::String>(name + "/a", 1); break;
+        case OTHER: create_publisher<std_msgs::msg::String>(name + "/b", 1);
+        default: create_publisher<std_msgs::msg::String>(name + "/c", 1);
+      }
+    }
+"""
+    found = _of(tmp_path, body, members)
+    assert [each.name for each in found] == ["one", "two", "three", "status/a", "four", "rest/b", "rest/c"]
+
+
+def test_items_of_an_array_are_alternatives(tmp_path: Path) -> None:
+    body = """
+    const char * names[] = {"a", "b"};
+    for (int i = 0; i < count_; ++i) { create_publisher<std_msgs::msg::String>(names[i], 1); }
+    create_publisher<std_msgs::msg::String>(names[1], 1);
+"""
+    assert [each.name for each in _of(tmp_path, body, "int count_;")] == ["a", "b", "b"]
+
+
+def test_a_switch_in_a_callback_is_open(tmp_path: Path) -> None:
+    """A member that a node sets when it begins may have another value later."""
+    body = "mode_ = 1; create_wall_timer(1s, [this]() { run(); });"
+    members = """
+    int mode_;
+    void run() { switch (mode_) { case 1: one(); break; case 2: two(); } }
+    void one() { create_publisher<std_msgs::msg::String>("one", 1); }
+    void two() { create_publisher<std_msgs::msg::String>("two", 1); }
+"""
+    found = [each for each in _of(tmp_path, body, members) if each.kind == "publishers"]
+    assert {each.name for each in found} == {"one", "two"}
 
 
 def test_a_loop_by_number_turns_for_each_item_of_a_list_of_copies(tmp_path: Path) -> None:
@@ -136,7 +222,8 @@ def test_a_loop_by_number_turns_for_each_item_of_a_list_of_copies(tmp_path: Path
 def test_other_loops_by_number_are_not_turned_one_by_one(tmp_path: Path, loop: str) -> None:
     out = "create_publisher<std_msgs::msg::String>(names[i], 1);"
     found = _of(tmp_path, f'std::vector<std::string> names{{"a", "b"}};\n{loop.replace("OUT", out)}')
-    assert [each.details.get("instances", "one") != "one" for each in found] == [True]
+    assert [each.details.get("instances", "one") != "one" for each in found] == [True, True]
+    assert [each.name for each in found] == ["a", "b"]
 
 
 def test_parts_of_a_robot_are_those_of_its_parameter(tmp_path: Path) -> None:
