@@ -299,6 +299,8 @@ class NodeFact:
         Line of the launch file that starts it.
     plugin : str
         Of a component: its class, as launch files name it.
+    others : list of (Place, str)
+        Nodes that libraries make besides: where, and in words.
     variables : list of branches.Variable
         Attributes with few values, of which all assignments are known.
     """
@@ -321,6 +323,7 @@ class NodeFact:
     started: str = ""
     plugin: str = ""
     variables: list[Variable] = field(default_factory=list)
+    others: list[tuple[Place, str]] = field(default_factory=list)
 
     def of(self, kind: str) -> list[Entity]:
         """Return the entities of a kind."""

@@ -88,6 +88,7 @@ def to_plain(nodes: list[NodeFact]) -> dict[str, Any]:
             "managed": node.managed,
             "pool": node.pool,
             "also_in": node.also_in,
+            "others": [[_place(at), words] for at, words in node.others],
             "remappings": list(node.remappings.items()),
             "entities": [plain.entity(each) for each in node.entities],
             "callbacks": [plain.callback(each) for each in node.callbacks],
@@ -136,6 +137,7 @@ def _node(said: Any, entities: list[Entity], callbacks: list[CallbackFact]) -> N
     threads = said["threads"]
     node.threads = threads if isinstance(threads, str) else _number(threads)
     node.managed, node.pool = _truth(said["managed"]), _number(said["pool"])
+    node.others = [(_at(at), _text(words)) for at, words in said["others"]]
     node.also_in = [_text(each) for each in said["also_in"]]
     node.remappings = {_text(key): _text(value) for key, value in said["remappings"]}
     node.entities = [_of(entities, each) for each in said["entities"]]

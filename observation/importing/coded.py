@@ -83,6 +83,8 @@ def coded(read: Iterable[tuple[str, Facts]], source: str) -> Coded:
                 f"{one.at(fact.at)}: node {one.name} of {fact.program} is omitted: another node has this name"
             )
             continue
+        for place, words in fact.others:
+            taken.add(f"{one.at(place)}: {words}")
         nodes[one.name], given[one.name] = one.observed(), one.given()
         kept.append((fact, one.name))
     apart = ObservedSystem(source, tuple(nodes[name] for name in sorted(nodes)))

@@ -114,10 +114,10 @@ class Maker:
         if not names:
             return self._entity(kind, call, args, owner)
         found = []
-        for turn, name in enumerate(names):  # a run makes one of them
+        for turn, chosen in enumerate(names):  # a run makes one of them
             self.machine.turns.append(turn)
             with self.machine.perhaps():
-                port = self._entity(kind, call, [name, *args[1:]], owner)
+                port = self._entity(kind, call, [chosen, *args[1:]], owner)
             self.machine.turns.pop()
             port.entity.details["conditional"] = "one of several names"
             found.append(port)
@@ -300,6 +300,11 @@ class Maker:
             this = call.frame.this
             owner = this if this is not None and this.node is not None else None
         if owner is None:
+            if known.others and self.machine.nodes:
+                line = self.machine.place(call.node, call.frame), f"{call.path} {known.others}"
+                node = call.frame.this.node if call.frame.this is not None else None
+                found = (node or self.machine.nodes[-1]).others
+                found += [line] if line not in found else []
             return None
         others = [each for at, each in enumerate(call.args) if node_in(each) is None or not at]
         if known.arguments[:1] == ("node",) and node_in(others[0]) is None:

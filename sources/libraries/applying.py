@@ -23,9 +23,10 @@ from dineros.sources.language.values import (
     options,
     text_of,
 )
+from dineros.sources.libraries.arguments import type_of
 from dineros.sources.libraries.doing import Doer
 from dineros.sources.libraries.idioms import Idiom
-from dineros.sources.libraries.making import NO_VARIABLE, type_of
+from dineros.sources.libraries.making import NO_VARIABLE
 
 
 class Idioms:

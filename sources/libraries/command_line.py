@@ -124,8 +124,8 @@ def _values(
     written: dict[str, tuple[str, str]] = {}
     for each in known.rest:
         if isinstance(each, Items):
-            dest, kind, *names = each.items
-            written |= {text_of(name): (text_of(dest), text_of(kind)) for name in names}
+            first, second, *names = each.items
+            written |= {text_of(name): (text_of(first), text_of(second)) for name in names}
     words = list(given)
     while words:
         word, has_value, value = words.pop(0).partition("=")

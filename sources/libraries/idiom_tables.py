@@ -73,6 +73,7 @@ _ENTRY = {
     "synchronizes": _TEXT,
     "quality": _TABLE,
     "managed": _TRUTH,
+    "others": _TEXT,
 }
 _MAKE = {
     "kind": _among(*(each for each in KINDS if each not in ("groups", "parameters"))),

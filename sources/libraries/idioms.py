@@ -44,6 +44,8 @@ class Idiom:
         Quality of service that a call of the function returns: ``depth``, ``reliability``, ``durability``.
     managed : bool
         Whether the node has a lifecycle.
+    others : str
+        What it makes of its own if it gets no node, in words.
     """
 
     path: str
@@ -55,6 +57,7 @@ class Idiom:
     synchronizes: str | None = None
     quality: Mapping[str, Any] = field(default_factory=dict)
     managed: bool = False
+    others: str = ""
 
 
 def read_idioms(path: Path) -> dict[str, Idiom]:
@@ -85,6 +88,7 @@ def read_idioms(path: Path) -> dict[str, Idiom]:
             entry.get("synchronizes"),
             entry.get("quality", {}),
             entry.get("managed", False),
+            entry.get("others", ""),
         )
         for name in (idiom.path, *entry.get("also", ())):
             found[name] = idiom

@@ -307,3 +307,17 @@ def test_a_type_that_is_called_makes_a_number_of_it(
     )
     found = timer.details["period"]
     assert is_open(found) if period is None else found == period
+
+
+def test_a_node_that_a_library_makes_is_named(tmp_path: Path) -> None:
+    body = """
+    buffer_ = std::make_unique<tf2_ros::Buffer>(get_clock());
+    listener_ = std::make_shared<tf2_ros::TransformListener>(*buffer_);
+"""
+    assert _of(tmp_path, body) == []
+    (node,) = read_source(tmp_path).nodes
+    ((place, words),) = node.others
+    assert (place.file, place.line) == ("robot.cpp", 10)
+    assert words.startswith("tf2_ros::TransformListener makes a node of its own")
+    assert len(_of(tmp_path, body.replace("*buffer_", "*buffer_, this"))) == 2
+    assert read_source(tmp_path).nodes[0].others == []
