@@ -40,6 +40,8 @@ class Outcome:
     may_be_fault : bool
         Whether an unknown answer may hide an error or a warning, or was requested; else it could only be a
         note.
+    elements : tuple of str
+        Ids of the elements that an undecided question is about, in a report of many questions.
     by : str
         The method that answered, as text: ``state equation``, ``explicit search`` ...
     times : tuple of FiredAt
@@ -61,6 +63,7 @@ class Outcome:
     evidence: Evidence | None = None
     ends_at_fault: bool = False
     times: tuple[FiredAt, ...] = ()
+    elements: tuple[str, ...] = ()
 
     @classmethod
     def left_open(cls, question: str, reason: str, hint: str = "", may_be_fault: bool = True) -> Outcome:

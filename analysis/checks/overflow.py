@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from typing import ClassVar
 
+from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.checks.question import Checked, Question
 from dineros.analysis.checks.ways import can_fire, firing_witness, why_unseen
 from dineros.analysis.model.losses import Kind, Loss, losses_of
@@ -43,8 +45,12 @@ class Overflow(Question):
     def ask(self, checked: Checked) -> None:
         """Look for a marking in which a message would be lost."""
         for queue in queues(checked.subject):
-            with checked.guarded(partial(checked.leave_open, f"whether {queue} can overflow")):
+            with checked.guarded(partial(self._leave_open, checked, queue)):
                 self._ask_of(checked, queue)
+
+    def _leave_open(self, checked: Checked, queue: Queue, reason: str) -> None:
+        asks = Outcome.left_open(f"whether {queue} can overflow", reason)
+        checked.report.unknown.append(replace(asks, elements=self._found(queue, None).elements))
 
     @classmethod
     def ask_early(cls, checked: Checked) -> None:
@@ -64,7 +70,7 @@ class Overflow(Question):
             return
         overflows = can_fire(checked, queue.drops)
         if overflows is None:
-            checked.leave_open(f"whether {queue} can overflow", checked.why_open)
+            self._leave_open(checked, queue, checked.why_open)
         elif not overflows:
             checked.report.proved.append(f"{queue} never overflows")
         else:

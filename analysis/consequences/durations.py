@@ -4,18 +4,25 @@ A model of source code lets a callback take any time, as the code does not say h
 queue between nodes can overflow that is not bounded otherwise. Such a finding says nothing about the code: it
 is a note. It stays an error if writer and reader are in one node net: they share an executor, and a callback
 that publishes more than the queue holds loses messages however quick the reader is.
+
+With times, the search for such an overflow may not end. Where the callback that reads has no greatest
+duration, that question is left to the durations, too.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
 
+from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.checks.overflow import Overflow
 from dineros.analysis.witnesses.findings import Finding, Report
 from dineros.metamodel import pn, sym
+from dineros.metamodel.callbacks.groups import callback_page_of
 from dineros.metamodel.elements import is_unseen, node_net_of
+from dineros.metamodel.times.given import duration_of
 
 WHY = "if callbacks take long enough; the code does not say how long they take"
+OPEN = "depends on how long callbacks take, which the code does not say; `takes` in given.toml says it"
 
 
 def left_to_durations(model: pn.Net, report: Report) -> Report:
@@ -29,11 +36,30 @@ def left_to_durations(model: pn.Net, report: Report) -> Report:
         else finding
         for finding in report.findings
     ]
-    return replace(report, findings=findings)
+    unknown = []
+    for each in report.unknown:
+        channel = channels.get(next(iter(each.elements), ""))
+        if report.times is not None and _depends(channel) and _reads_for_any_time(channel):
+            findings.append(_open_note(each))
+        else:
+            unknown.append(each)
+    return replace(report, findings=findings, unknown=unknown)
 
 
 def _as_note(finding: Finding) -> Finding:
     return replace(finding, severity="note", message=f"{finding.message}, {WHY}")
+
+
+def _open_note(unknown: Outcome) -> Finding:
+    return Finding(Overflow.LOSES.rule, "note", unknown.elements, f"{unknown.question} {OPEN}")
+
+
+def _reads_for_any_time(channel: sym.Channel | None) -> bool:
+    """Tell whether each callback that reads a channel may take any time."""
+    pages = [callback_page_of(place) for place in _places(channel)[1]]
+    return bool(pages) and all(
+        page is not None and ((given := duration_of(page)) is None or given.latest is None) for page in pages
+    )
 
 
 def _depends(channel: sym.Channel | None) -> bool:

@@ -139,11 +139,14 @@ def _print_text(
     if displaced:
         where = counted(displaced, "queue")
         say(f"note: {where} can lose older messages; by newestOnly, the readers need only the newest one")
-    from dineros.analysis.consequences.durations import WHY
+    from dineros.analysis.consequences.durations import OPEN, WHY
 
-    full = sum(finding.rule == "queue-overflow" and finding.severity == "note" for finding in report.findings)
-    if full:
-        say(f"note: {counted(full, 'queue')} can overflow {WHY}; -v lists them")
+    full = [each for each in report.findings if each.rule == "queue-overflow" and each.severity == "note"]
+    left = sum(each.message.endswith(OPEN) for each in full)
+    if len(full) > left:
+        say(f"note: {counted(len(full) - left, 'queue')} can overflow {WHY}; -v lists them")
+    if left:
+        say(f"note: whether {counted(left, 'queue')} can overflow {OPEN}; -v lists them")
     ends = sum(finding.rule in _ENDS and finding.severity == "note" for finding in report.findings)
     if ends:
         say(f"note: {counted(ends, 'name')} without another end in this code; -v lists them")

@@ -60,9 +60,9 @@ class Obj(Value):
     types: dict[str, str] = field(default_factory=dict)
     parameters: dict[str, Value] = field(default_factory=dict)
     made_at: int = 0
-    """Which expression made it: read again, it makes the same object."""
+    """The expression that created it: evaluated again, it gives the same object."""
     made_by: int = 0
-    """The same, and through which calls."""
+    """The same, with the calls that led to it."""
     is_held: bool = False
     """Whether a variable holds the object itself, and not a pointer to it: a list stores a copy."""
 

@@ -1,0 +1,66 @@
+"""Overflows that durations decide, which code does not say."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.consequences.durations import OPEN, left_to_durations
+from dineros.analysis.model.times import UsedTimes
+from dineros.analysis.timed_checks.timed_check import check_timed
+from dineros.analysis.witnesses.findings import Report
+from dineros.metamodel import sym
+from dineros.metamodel.build import seconds
+from dineros.metamodel.elements import find, node_nets
+from dineros.observation.importing.building import to_model
+from dineros.observation.systems import ObservedNode, ObservedSystem, TopicEndpoint
+
+SCAN = (TopicEndpoint("/scan", "sensor_msgs/msg/LaserScan"),)
+NODES = (ObservedNode("/lidar", publishers=SCAN), ObservedNode("/log", subscribers=SCAN))
+TIMES = UsedTimes(1, "lidar.on_timer [0,0]", "1/10")
+
+
+def model_of_code() -> sym.SystemModel:
+    model = to_model(ObservedSystem("code", NODES)).model
+    for node in node_nets(model):
+        node.sourceLine = "log.py:1"
+    return model
+
+
+def left(model: sym.SystemModel, times: UsedTimes | None, *about: str) -> Report:
+    unknown = replace(Outcome.left_open("whether the history can overflow", "time ran out"), elements=about)
+    return left_to_durations(model, Report(unknown=[unknown], times=times))
+
+
+def test_a_queue_whose_reader_may_take_any_time_is_left_to_durations() -> None:
+    found = left(model_of_code(), TIMES, "topic.scan")
+    assert found.unknown == []
+    assert [(each.rule, each.severity, each.message) for each in found.findings] == [
+        ("queue-overflow", "note", f"whether the history can overflow {OPEN}")
+    ]
+
+
+@pytest.mark.parametrize("times", [None, TIMES], ids=["without times", "with times"])
+def test_what_durations_do_not_decide_stays_unknown(times: UsedTimes | None) -> None:
+    model = model_of_code()
+    reads = find(model, "log.on_scan")
+    assert isinstance(reads, sym.CallbackPage)
+    reads.duration = seconds(0, 0.1)
+    for about in (("topic.scan",), ()):
+        found = left(model, times, *about)
+        assert (len(found.unknown), found.findings) == (1, [])
+    if times is None:
+        reads.duration = None
+        assert left(model, None, "topic.scan").findings == []
+
+
+def test_a_check_with_times_says_which_queue_is_open() -> None:
+    from dineros.analysis.answers.budget import Budget
+
+    model = model_of_code()
+    find(model, "lidar.on_timer").duration = seconds(0, 0.1)  # type: ignore[attr-defined]
+    report = check_timed(model, Budget(seconds=0.0))
+    for each in report.unknown:
+        assert ("topic.scan" in each.elements) == each.question.endswith("can overflow")
