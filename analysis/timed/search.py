@@ -25,8 +25,17 @@ from dineros.analysis.timed.kernels.markings import (
     find_markings_again,
 )
 from dineros.analysis.timed.kernels.records import decode, find_classes_again
+from dineros.analysis.timed.kernels.successors import (
+    DONE,
+    GOES_ON,
+    TOO_MANY_TOKENS,
+    WANTS_BATCH,
+    WANTS_CLOCKS,
+    WANTS_ROOM,
+    WANTS_TABLE,
+)
 from dineros.analysis.timed.nets import UNBOUNDED, TimedNet
-from dineros.analysis.timed.tables import Known, Work, net_tables
+from dineros.analysis.timed.tables import Known, Work, batch_for, net_tables, work_for
 from dineros.metamodel.errors import DinerosError
 
 FIRST_TABLE = 1 << 16
@@ -34,6 +43,8 @@ FIRST_TABLE = 1 << 16
 FIRST_SLICE, LARGEST_SLICE = 1 << 8, 1 << 22
 CALL_SECONDS = 0.1
 FIRST_CLOCKS = 16
+FIRST_ITEMS, FIRST_WORDS = 1 << 13, 1 << 18
+"""Room for what follows a batch of classes: records, and their elements. It takes memory as it fills."""
 MAPPED_SHARE = 0.4
 """Share of the address space left that all tables together may map."""
 
@@ -96,6 +107,8 @@ class ClassSearch:
         )
         self.top = (1 << self.bits) - 1
         self.known = self._room(keeps_parents)
+        self._items, self._words = FIRST_ITEMS, FIRST_WORDS
+        self._batch = batch_for(kernels.BATCH, self._items, self._words)
         self._work = self._matrices(FIRST_CLOCKS)
 
     def _room(self, keeps_parents: bool) -> Known:
@@ -123,7 +136,6 @@ class ClassSearch:
             record_start=lazy_zeros(classes + 1),
             codes=lazy_zeros(rows).view(self.number_type),
             class_table=np.zeros(FIRST_TABLE, dtype=np.int64),
-            code=np.zeros(0, dtype=np.int64),
             parent=lazy_zeros(classes if keeps_parents else 0),
             via=lazy_zeros(classes if keeps_parents else 0),
             edge_target=lazy_zeros(edges),
@@ -140,17 +152,7 @@ class ClassSearch:
         """Make room for matrices of so many clocks."""
         uppers = self.tables.upper[self.tables.has_clock]
         depth = min(clocks, int((uppers == UNBOUNDED).sum())) if self.is_strong else 0
-        size = clocks + 1
-        self.known = self.known._replace(code=np.zeros(size * (size + 2), dtype=np.int64))
-        return Work(
-            self.net.untimed.initial.copy(),
-            np.zeros((size, size), dtype=np.int64),
-            np.zeros((size, size), dtype=np.int64),
-            np.zeros(size, dtype=np.int64),
-            np.zeros((2, size), dtype=np.int64),
-            np.zeros((depth + 3, size, size), dtype=np.int64),
-            np.zeros(depth + 3, dtype=np.int64),
-        )
+        return work_for(self.net.untimed.initial, clocks, depth)
 
     def allow(self, seconds: Budget) -> bool:
         """Give a search whose time ran out more of it; return whether `run` can continue it."""
@@ -169,44 +171,24 @@ class ClassSearch:
             Called now and then; the search ends, without a reason, once it returns true.
         """
         self.budget.stage("state classes")
-        shape = (self.is_strong, self.by_inclusion)
         size = FIRST_SLICE
         try:
             while self.reason is None:
-                if self._has_begun:
-                    began = time.perf_counter()
-                    status = kernels.explore(
-                        self.tables,
-                        self.known,
-                        self._work,
-                        *shape,
-                        self._is_stack,
-                        self._keeps_edges,
-                        self.bits,
-                        self.top,
-                        self._slice(size),
-                    )
-                    took = time.perf_counter() - began
-                else:
-                    status = kernels.begin(self.tables, self.known, self._work, *shape, self.bits, self.top)
-                    self._has_begun, took = status == kernels.DONE, 1.0
+                if not self._has_begun:
+                    status = self._begin()
+                    self._has_begun = status == DONE
                     self.known.control[EDGES] = 0  # no edge leads to the initial class
-                if status == kernels.DONE and took != 1.0:
-                    self.is_done = not self._has_too_many()
-                    self.reason = None if self.is_done else "states"
-                    return
-                if status == kernels.GOES_ON:
-                    factor = CALL_SECONDS / max(took, 1e-6)
-                    size = int(max(1, min(LARGEST_SLICE, size * min(4.0, max(0.25, factor)))))
-                elif status == kernels.WANTS_TABLE:
-                    self.enlarge_tables()
-                elif status == kernels.WANTS_CLOCKS:
-                    most = int(self.known.control[MOST_CLOCKS])
-                    self._work = self._matrices(max(most, 2 * (len(self._work.low) - 1)))
-                elif status == kernels.WANTS_ROOM:
-                    self.reason = "memory"
-                elif status == kernels.TOO_MANY_TOKENS:
-                    self.reason = "tokens"
+                else:
+                    began = time.perf_counter()
+                    status = self._explore(self._slice(size))
+                    factor = CALL_SECONDS / max(time.perf_counter() - began, 1e-6)
+                    if status == DONE:
+                        self.is_done = not self._has_too_many()
+                        self.reason = None if self.is_done else "states"
+                        return
+                    if status == GOES_ON:
+                        size = int(max(1, min(LARGEST_SLICE, size * min(4.0, max(0.25, factor)))))
+                self._answer(status)
                 self._look()
                 if is_met is not None and is_met():
                     return
@@ -215,6 +197,35 @@ class ClassSearch:
             self._is_cut_short = True  # its tables may be half-written
         except MemoryError:
             self.reason = "memory"
+
+    def _begin(self) -> int:
+        """Store the initial class; what is lacking."""
+        tables, known, work, batch = self.tables, self.known, self._work, self._batch
+        how = (self.is_strong, self.by_inclusion, self.bits, self.top)
+        return int(kernels.begin(tables, known, work, batch, *how))
+
+    def _explore(self, most: int) -> int:
+        """Expand at most so many classes; why it ends."""
+        room = (self.tables, self.known, self._work, self._batch, self.is_strong)
+        how = (self.bits, self.top, most)
+        if self.by_inclusion:
+            return int(kernels.explore_by_inclusion(*room, self._is_stack, *how))
+        return int(kernels.explore(*room, self._keeps_edges, *how))
+
+    def _answer(self, status: int) -> None:
+        """Give a kernel what it lacks, or end the search."""
+        if status == WANTS_TABLE:
+            self.enlarge_tables()
+        elif status == WANTS_BATCH:
+            self._items, self._words = 2 * self._items, 2 * self._words
+            self._batch = batch_for(kernels.BATCH, self._items, self._words)
+        elif status == WANTS_CLOCKS:
+            most = int(self.known.control[MOST_CLOCKS])
+            self._work = self._matrices(max(most, 2 * (len(self._work.low) - 1)))
+        elif status == WANTS_ROOM:
+            self.reason = "memory"
+        elif status == TOO_MANY_TOKENS:
+            self.reason = "tokens"
 
     def _look(self) -> None:
         budget, control = self.budget, self.known.control

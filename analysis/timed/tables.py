@@ -6,7 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from dineros.analysis.nets.compiled import ArcTable
+from dineros.analysis.nets.compiled import ArcTable, Int64Array
+from dineros.analysis.timed.kernels.successors import BATCH_CONTROL
 from dineros.analysis.timed.nets import TimedNet
 
 
@@ -48,7 +49,6 @@ class Known(NamedTuple):
     record_start: Any
     codes: Any
     class_table: Any
-    code: Any  #: room for one record
     parent: Any
     via: Any
     edge_target: Any
@@ -62,7 +62,7 @@ class Known(NamedTuple):
 
 
 class Work(NamedTuple):
-    """Room for matrices."""
+    """Room for matrices and for one marking."""
 
     tokens: Any
     matrix: Any
@@ -71,6 +71,20 @@ class Work(NamedTuple):
     ends: Any  #: upper and lower bounds of each clock after a firing
     pieces: Any
     split: Any
+
+
+class Batch(NamedTuple):
+    """What follows some classes, until it is stored."""
+
+    control: Any
+    last_item: Any  #: by class of the batch, from 1: where the items of what follows it end
+    fired: Any  #: by item
+    marking: Any
+    value: Any  #: hash of the record
+    start: Any  #: where the record begins
+    length: Any
+    target: Any  #: the class, or -1: it was not known when the batch was looked up
+    record: Any
 
 
 class Atoms(NamedTuple):
@@ -112,6 +126,39 @@ class CuttingRoom(NamedTuple):
     numbers: Any
     edges: Any
     incoming: Any
+
+
+def work_for(initial: Int64Array, clocks: int, depth: int) -> Work:
+    """Return room for matrices of so many clocks, and for so many pieces below one another."""
+    size = clocks + 1
+    return Work(
+        initial.copy(),
+        np.zeros((size, size), dtype=np.int64),
+        np.zeros((size, size), dtype=np.int64),
+        np.zeros(size, dtype=np.int64),
+        np.zeros((2, size), dtype=np.int64),
+        np.zeros((depth + 2, size, size), dtype=np.int64),
+        np.zeros(depth + 2, dtype=np.int64),
+    )
+
+
+def batch_for(classes: int, items: int, words: int) -> Batch:
+    """Return room for what follows so many classes: records, and elements of these."""
+
+    def numbers(size: int) -> Int64Array:
+        return np.zeros(size, dtype=np.int64)
+
+    return Batch(
+        control=numbers(BATCH_CONTROL),
+        last_item=numbers(classes + 1),
+        fired=numbers(items),
+        marking=numbers(items),
+        value=numbers(items),
+        start=numbers(items),
+        length=numbers(items),
+        target=numbers(items),
+        record=numbers(words),
+    )
 
 
 def net_tables(net: TimedNet) -> NetTables:

@@ -1,79 +1,107 @@
-"""Kernel of the search through state classes."""
+"""Kernels of the search through state classes.
+
+What follows some classes is written first, and then stored: in the order of the classes and of their
+transitions, so that the result does not depend on how many classes are looked at together.
+"""
 
 from __future__ import annotations
 
+from dineros.analysis.explicit.kernels.atomics import prefetch
 from dineros.analysis.nets.kernel_cache import kernel
-from dineros.analysis.timed.kernels.domains import (
-    can_fire_first,
-    keep_above_and_forget,
-    keep_below,
-    least_waits,
-    let_time_pass,
-    linear_ends,
-    matrix_after,
-    strong_ends,
-)
 from dineros.analysis.timed.kernels.markings import (
     CLASSES,
-    CODES,
     DEADLOCKS,
     EDGES,
-    ENABLED,
-    KEPT,
-    MARKINGS,
-    MOST_CLOCKS,
+    INDEX_BITS,
+    INDEX_MASK,
     NEXT,
     REMOVED,
+    TAG_SHIFT,
     TODO,
     UNKNOWN,
-    fire_once,
     number_of,
 )
 from dineros.analysis.timed.kernels.records import (
     UNBOUNDED,
     ZERO,
     append,
-    class_of,
     covers,
     decode,
-    encode,
-    encode_after,
+    find_record,
     is_within,
-    plus,
+)
+from dineros.analysis.timed.kernels.successors import (
+    COLLECTED,
+    DONE,
+    GOES_ON,
+    ITEMS,
+    WANTS_BATCH,
+    WANTS_CLOCKS,
+    WORDS,
+    add_matrix,
+    add_pieces,
+    expand,
+    has_room,
+    longest_record,
 )
 
-(DONE, GOES_ON, WANTS_TABLE, WANTS_ROOM, WANTS_CLOCKS, TOO_MANY_TOKENS) = range(6)
-
-MOST_TOKENS = 1 << 30
+BATCH = 256
+"""Classes of a batch: what follows them fits into the cache."""
 ALIVE = -1
-LOAD = 0.6
 
 
 @kernel()
-def has_room(net, known, firings):  # type: ignore[no-untyped-def]
-    """What is lacking to fire so many transitions more: `DONE` if nothing is."""
-    control = known.control
-    if (
-        control[MARKINGS] + firings > LOAD * known.marking_table.size
-        or control[CLASSES] + firings > LOAD * known.class_table.size
-    ):
-        return WANTS_TABLE
-    rows, record = firings * net.has_clock.size, 2 * known.code.size
-    if (
-        control[MARKINGS] + firings + 1 > known.markings.shape[0]
-        or control[ENABLED] + rows > known.enabled.size
-        or control[KEPT] + rows > known.kept.size
-        or control[CLASSES] + firings + 1 > known.class_marking.size
-        or control[CODES] + firings * record > known.codes.size
-        or (known.edge_target.size and control[EDGES] + firings > known.edge_target.size)
-    ):
-        return WANTS_ROOM
-    return DONE
+def look_up(known, batch, last):  # type: ignore[no-untyped-def]
+    """Find which records are known already."""
+    table, mask = known.class_table, known.class_table.size - 1
+    for k in range(last):
+        batch.target[k] = UNKNOWN
+        entry = table[batch.value[k] & mask]
+        if entry >> INDEX_BITS == batch.value[k] >> TAG_SHIFT and entry != 0:
+            number = (entry & INDEX_MASK) - 1
+            batch.target[k] = number
+            prefetch(known.class_marking, number)
+            prefetch(known.record_start, number)
+    for k in range(last):
+        if batch.target[k] != UNKNOWN:
+            prefetch(known.codes, known.record_start[batch.target[k]])
+    for k in range(last):
+        number, _ = find_record(
+            table, known.class_marking, known.record_start, known.codes,
+            batch.marking[k], batch.record, batch.start[k], batch.length[k], batch.value[k],
+        )  # fmt: skip
+        batch.target[k] = number
 
 
 @kernel()
-def largest_class(known, marking, clocks, matrix, other, length, bits, top):  # type: ignore[no-untyped-def]
-    """Return the class that holds a matrix, whose record is there, and whether it is new.
+def store(  # type: ignore[no-untyped-def]
+    control, table, markings, starts, codes, parent, via, edge_target, edge_label,
+    marking, value, start, length, target, fired, record, item, last, source, keeps_edges,
+):  # fmt: skip
+    """Store the records after a class that are new, and note all edges; there must be room."""
+    edge = control[EDGES]
+    for k in range(item, last):
+        number = target[k]
+        if number == UNKNOWN:  # or it is new, but not the first of its kind
+            number, slot = find_record(
+                table, markings, starts, codes, marking[k], record, start[k], length[k], value[k]
+            )
+            if number == UNKNOWN:
+                number = append(control, markings, starts, codes, marking[k], record, start[k], length[k])
+                table[slot] = value[k] >> TAG_SHIFT << INDEX_BITS | (number + 1)
+                if parent.size:
+                    parent[number] = source
+                    via[number] = fired[k]
+        if keeps_edges:
+            edge_target[edge] = number
+            edge_label[edge] = fired[k]
+        edge += 1
+    control[EDGES] = edge
+
+
+@kernel()
+def largest_class(known, marking, clocks, matrix, other, record, start, length, bits, top):  # type: ignore[no-untyped-def]
+    """Return the class that holds a matrix with a record, and whether it is new.
 
     A new class takes the place of those that it holds.
     """
@@ -83,7 +111,7 @@ def largest_class(known, marking, clocks, matrix, other, length, bits, top):  # 
             return number, False
         number = known.next_class[number]
     new = append(
-        known.control, known.class_marking, known.record_start, known.codes, marking, known.code, length
+        known.control, known.class_marking, known.record_start, known.codes, marking, record, start, length
     )
     number, last = known.first_class[marking], UNKNOWN
     while number != UNKNOWN:
@@ -106,119 +134,31 @@ def largest_class(known, marking, clocks, matrix, other, length, bits, top):  # 
     return new, True
 
 
-@kernel(inline="always")
-def same_class(known, marking, length):  # type: ignore[no-untyped-def]
-    """Return the class whose record is there, and whether it is new."""
-    return class_of(
-        known.control,
-        known.class_table,
-        known.class_marking,
-        known.record_start,
-        known.codes,
-        marking,
-        known.code,
-        length,
-    )
-
-
-@kernel(inline="always")
-def note(known, source, fired, number, is_new, keeps_edges):  # type: ignore[no-untyped-def]
-    """Note that a class is reached by a firing."""
+@kernel()
+def store_largest(known, work, batch, item, last, source, bits, top):  # type: ignore[no-untyped-def]
+    """Store the classes after a class that no other one holds, and note all edges; there must be room."""
     control = known.control
-    if is_new and known.parent.size:
-        known.parent[number] = source
-        known.via[number] = fired
-    if keeps_edges:
-        known.edge_target[control[EDGES]] = number
-        known.edge_label[control[EDGES]] = fired
-    control[EDGES] += 1
-
-
-@kernel()
-def reach(known, source, fired, marking, clocks, matrix, other, by_inclusion, keeps_edges, bits, top):  # type: ignore[no-untyped-def]
-    """Note that the class of a matrix is reached by a firing."""
-    length = encode(matrix, clocks, known.code, bits, top)
-    if by_inclusion:
-        number, is_new = largest_class(known, marking, clocks, matrix, other, length, bits, top)
-    else:
-        number, is_new = same_class(known, marking, length)
-    note(known, source, fired, number, is_new, keeps_edges)
-
-
-@kernel()
-def reach_pieces(net, known, source, fired, marking, pieces, split, by_inclusion, keeps_edges, bits, top):  # type: ignore[no-untyped-def]
-    """Cut a strong class where clocks without a latest bound come to matter no more, and note each piece.
-
-    The class stands in ``pieces[0]``; a piece is cut by one clock after the other.
-    """
-    clocks, first = known.clocks[marking], known.enabled_start[marking]
-    depth = 0
-    split[0] = 0
-    while depth >= 0:
-        clock = split[depth] + 1
-        while clock <= clocks and net.upper[known.enabled[first + clock - 1]] < UNBOUNDED:
-            clock += 1
-        if clock > clocks:
-            room = has_room(net, known, 1)
-            if room != DONE:
-                return room
-            reach(
-                known, source, fired, marking, clocks, pieces[depth], pieces[-1],
-                by_inclusion, keeps_edges, bits, top,
-            )  # fmt: skip
-            depth -= 1
-            continue
-        limit = net.lower[known.enabled[first + clock - 1]]
-        for i in range(clocks + 1):
-            for j in range(clocks + 1):
-                pieces[depth + 1, i, j] = pieces[depth, i, j]
-        split[depth] = clock
-        is_below = keep_below(pieces[depth], clocks, clock, 1 - limit)
-        is_above = keep_above_and_forget(pieces[depth + 1], clocks, clock, limit)
-        if is_above and is_below:
-            split[depth + 1] = clock
-            depth += 1
-        elif is_above:
-            for i in range(clocks + 1):
-                for j in range(clocks + 1):
-                    pieces[depth, i, j] = pieces[depth + 1, i, j]
-    return DONE
-
-
-@kernel()
-def begin(net, known, work, is_strong, by_inclusion, bits, top):  # type: ignore[no-untyped-def]
-    """Store the initial class, or its pieces; what is lacking."""
-    marking = number_of(net, known, work.tokens)
-    clocks, first = known.clocks[marking], known.enabled_start[marking]
-    if clocks + 1 > work.matrix.shape[0]:
-        return WANTS_CLOCKS
-    initial = work.pieces[0]
-    for i in range(clocks + 1):
-        for j in range(clocks + 1):
-            initial[i, j] = 1
-    if is_strong:
-        return reach_pieces(
-            net, known, -1, -1, marking, work.pieces, work.split, by_inclusion, False, bits, top
+    for k in range(item, last):
+        marking, start = batch.marking[k], batch.start[k]
+        clocks = known.clocks[marking]
+        decode(batch.record, start, clocks, work.matrix, bits, top)
+        number, is_new = largest_class(
+            known, marking, clocks, work.matrix, work.elapsed, batch.record, start, batch.length[k], bits, top
         )
-    for i in range(1, clocks + 1):
-        transition = known.enabled[first + i - 1]
-        initial[i, 0] = net.upper[transition]
-        initial[0, i] = net.lower[transition]
-    for i in range(1, clocks + 1):
-        for j in range(1, clocks + 1):
-            if i != j:
-                upper, lower = initial[i, 0], initial[0, j]
-                initial[i, j] = UNBOUNDED if upper == UNBOUNDED else upper + lower - ((upper | lower) & 1)
-    reach(known, -1, -1, marking, clocks, initial, work.pieces[-1], by_inclusion, False, bits, top)
-    return DONE
+        if is_new and known.parent.size:
+            known.parent[number] = source
+            known.via[number] = batch.fired[k]
+        known.edge_target[control[EDGES]] = number
+        known.edge_label[control[EDGES]] = batch.fired[k]
+        control[EDGES] += 1
 
 
 @kernel()
-def next_class(known, by_inclusion, is_stack):  # type: ignore[no-untyped-def]
+def next_class(known, is_stack):  # type: ignore[no-untyped-def]
     """Return the next class to expand, -1 if there is none; it stays the next one."""
     control = known.control
     if not is_stack:
-        while by_inclusion and control[NEXT] < control[CLASSES] and known.replaced_by[control[NEXT]] != ALIVE:
+        while control[NEXT] < control[CLASSES] and known.replaced_by[control[NEXT]] != ALIVE:
             control[NEXT] += 1
         return control[NEXT] if control[NEXT] < control[CLASSES] else -1
     while control[TODO]:
@@ -230,23 +170,24 @@ def next_class(known, by_inclusion, is_stack):  # type: ignore[no-untyped-def]
 
 
 @kernel(nogil=True)
-def explore(net, known, work, is_strong, by_inclusion, is_stack, keeps_edges, bits, top, most):  # type: ignore[no-untyped-def]
-    """Expand at most so many classes; say why it ends."""
+def explore_by_inclusion(net, known, work, batch, is_strong, is_stack, bits, top, most):  # type: ignore[no-untyped-def]
+    """Expand at most so many classes one by one, of which only the largest are kept; say why it ends."""
     control = known.control
     for _ in range(most):
-        number = next_class(known, by_inclusion, is_stack)
+        number = next_class(known, is_stack)
         if number < 0:
             return DONE
-        todo, edges = control[TODO], control[EDGES]
-        status = expand(net, known, work, number, is_strong, by_inclusion, keeps_edges, bits, top)
+        status = expand(net, known, work, batch, number, 1, is_strong, bits, top)
+        if status == DONE:
+            status = has_room(net, known, work, batch.control[ITEMS])
         if status != DONE:
-            control[EDGES] = edges
             return status
+        todo, edges = control[TODO], control[EDGES]
+        store_largest(known, work, batch, 0, batch.control[ITEMS], number, bits, top)
         if control[EDGES] == edges:
             control[DEADLOCKS] += 1
-        if keeps_edges:
-            known.edge_first[number] = edges
-            known.edge_last[number] = control[EDGES]
+        known.edge_first[number] = edges
+        known.edge_last[number] = control[EDGES]
         if is_stack:
             # What was found now lies above the class itself.
             for at in range(todo, control[TODO]):
@@ -257,91 +198,89 @@ def explore(net, known, work, is_strong, by_inclusion, is_stack, keeps_edges, bi
     return GOES_ON
 
 
-@kernel()
-def expand(net, known, work, number, is_strong, by_inclusion, keeps_edges, bits, top):  # type: ignore[no-untyped-def]
-    """Fire all that can fire in a class; what is lacking."""
-    row = known.class_marking[number]
-    clocks, first, end = known.clocks[row], known.enabled_start[row], known.enabled_start[row + 1]
-    room = has_room(net, known, end - first)
-    if room != DONE:
-        return room
-    matrix, low, ends, result = work.matrix, work.low, work.ends, work.pieces[0]
-    decode(known.codes, known.record_start[number], clocks, matrix, bits, top)
-    before = work.elapsed if is_strong else matrix
-    if is_strong:
-        if net.above.size == 0 and not let_time_pass(net, known, matrix, row, clocks, -1, before):
+@kernel(nogil=True)
+def explore(net, known, work, batch, is_strong, keeps_edges, bits, top, most):  # type: ignore[no-untyped-def]
+    """Expand at most so many classes, in the order in which they were found; say why it ends."""
+    control = known.control
+    end = control[NEXT] + most
+    while control[NEXT] < end:
+        first = control[NEXT]
+        count = min(control[CLASSES] - first, end - first, BATCH)
+        if count == 0:
             return DONE
-    else:
-        least_waits(matrix, clocks, low)
-    for at in range(first, end):
-        fired = known.enabled[at]
-        clock = at - first + 1 if at - first < clocks else 0
-        if is_strong and net.above.size:
-            if is_overridden(net, known, row, clocks, fired):
-                continue
-            if not let_time_pass(net, known, matrix, row, clocks, fired, before):
-                continue
-        if is_strong:
-            if clock and plus(before[clock, 0], net.lower[fired]) < ZERO:
-                continue
-        elif not can_fire_first(matrix, clocks, clock):
-            continue
-        if known.next_marking[at] == UNKNOWN:
-            for arc in range(net.put_start[fired], net.put_start[fired + 1]):
-                if known.markings[row, net.put_place[arc]] > MOST_TOKENS - net.put_weight[arc]:
-                    return TOO_MANY_TOKENS
-            fire_once(net, known, row, at, work.tokens)
-            if control_clocks(known) + 1 > matrix.shape[0]:
-                return WANTS_CLOCKS
-        after, kept = known.next_marking[at], known.kept_start[at]
-        count, start = known.clocks[after], known.enabled_start[after]
-        if is_strong:
-            strong_ends(known.kept, kept, count, before, clocks, clock, net.lower[fired], low, ends)
-        else:
-            linear_ends(
-                net.upper, net.lower, known.enabled, start, known.kept, kept, count, matrix, low, clock, ends
-            )
-        is_cut = is_strong and any_unbounded(net.upper, known.enabled, start, count)
-        if not by_inclusion and not is_cut:
-            length = encode_after(known.kept, kept, count, before, ends, known.code, bits, top)
-            target, is_new = same_class(known, after, length)
-            note(known, number, fired, target, is_new, keeps_edges)
-            continue
-        matrix_after(known.kept, kept, count, before, ends, result)
-        if not is_cut:
-            reach(
-                known, number, fired, after, count, result, work.pieces[-1],
-                by_inclusion, keeps_edges, bits, top,
+        status = expand(net, known, work, batch, first, count, is_strong, bits, top)
+        collected = batch.control[COLLECTED]
+        look_up(known, batch, batch.last_item[collected])
+        for k in range(collected):
+            item, last = batch.last_item[k], batch.last_item[k + 1]
+            room = has_room(net, known, work, last - item)
+            if room != DONE:
+                return room
+            edges = control[EDGES]
+            store(
+                control, known.class_table, known.class_marking, known.record_start, known.codes,
+                known.parent, known.via, known.edge_target, known.edge_label, batch.marking, batch.value,
+                batch.start, batch.length, batch.target, batch.fired, batch.record, item, last, first + k,
+                keeps_edges,
             )  # fmt: skip
-            continue
-        status = reach_pieces(
-            net, known, number, fired, after, work.pieces, work.split, by_inclusion, keeps_edges, bits, top
-        )
+            if item == last:
+                control[DEADLOCKS] += 1
+            if keeps_edges:
+                known.edge_first[first + k] = edges
+                known.edge_last[first + k] = control[EDGES]
+            control[NEXT] = first + k + 1
+        if status != DONE and not (status == WANTS_BATCH and collected):
+            return status
+    return GOES_ON
+
+
+@kernel()
+def begin(net, known, work, batch, is_strong, by_inclusion, bits, top):  # type: ignore[no-untyped-def]
+    """Store the initial class, or its pieces; what is lacking."""
+    marking = number_of(net, known, work.tokens)
+    if known.clocks[marking] + 1 > work.matrix.shape[0]:
+        return WANTS_CLOCKS
+    if batch.fired.size == 0 or longest_record(work) > batch.record.size:
+        return WANTS_BATCH
+    initial_matrix(net, known, marking, is_strong, work.pieces[0])
+    batch.control[ITEMS], batch.control[WORDS] = 0, 0
+    if is_strong:
+        status = add_pieces(net, known, work, batch, -1, marking, 0, bits, top)
         if status != DONE:
             return status
+    else:
+        add_matrix(known, batch, -1, marking, work.pieces[0], bits, top)
+    last = batch.control[ITEMS]
+    room = has_room(net, known, work, last)
+    if room != DONE:
+        return room
+    if by_inclusion:
+        store_largest(known, work, batch, 0, last, -1, bits, top)
+        return DONE
+    batch.target[:last] = UNKNOWN
+    store(
+        known.control, known.class_table, known.class_marking, known.record_start, known.codes,
+        known.parent, known.via, known.edge_target, known.edge_label, batch.marking, batch.value,
+        batch.start, batch.length, batch.target, batch.fired, batch.record, 0, last, -1, False,
+    )  # fmt: skip
     return DONE
 
 
-@kernel(inline="always")
-def any_unbounded(upper, enabled, start, clocks):  # type: ignore[no-untyped-def]
-    """Whether any clock of a marking has no latest bound."""
-    found = False
-    for at in range(start, start + clocks):
-        found |= upper[enabled[at]] == UNBOUNDED
-    return found
-
-
-@kernel(inline="always")
-def control_clocks(known):  # type: ignore[no-untyped-def]
-    """Most clocks of a marking so far."""
-    return known.control[MOST_CLOCKS]
-
-
 @kernel()
-def is_overridden(net, known, row, clocks, fired):  # type: ignore[no-untyped-def]
-    """Whether a transition without a clock, which may fire at any time, has priority over another."""
-    for at in range(known.enabled_start[row] + clocks, known.enabled_start[row + 1]):
-        for k in range(net.above_start[fired], net.above_start[fired + 1]):
-            if net.above[k] == known.enabled[at]:
-                return True
-    return False
+def initial_matrix(net, known, row, is_strong, initial):  # type: ignore[no-untyped-def]
+    """Write the matrix of the initial class, which is not yet cut into pieces."""
+    clocks, first = known.clocks[row], known.enabled_start[row]
+    for i in range(clocks + 1):
+        for j in range(clocks + 1):
+            initial[i, j] = ZERO
+    if is_strong:
+        return
+    for i in range(1, clocks + 1):
+        transition = known.enabled[first + i - 1]
+        initial[i, 0] = net.upper[transition]
+        initial[0, i] = net.lower[transition]
+    for i in range(1, clocks + 1):
+        for j in range(1, clocks + 1):
+            if i != j:
+                upper, lower = initial[i, 0], initial[0, j]
+                initial[i, j] = UNBOUNDED if upper == UNBOUNDED else upper + lower - ((upper | lower) & 1)

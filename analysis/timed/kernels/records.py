@@ -15,6 +15,7 @@ from dineros.analysis.timed.kernels.markings import (
     INDEX_BITS,
     INDEX_MASK,
     TAG_SHIFT,
+    UNKNOWN,
     finished,
     mixed,
 )
@@ -33,15 +34,15 @@ def plus(one, other):  # type: ignore[no-untyped-def]
 
 
 @kernel()
-def encode(matrix, clocks, code, bits, top):  # type: ignore[no-untyped-def]
-    """Write the record of a matrix in normal form; return its length.
+def encode(matrix, clocks, code, base, bits, top):  # type: ignore[no-untyped-def]
+    """Write the record of a matrix in normal form, from a position on; return its length.
 
     Row and column 0 of the matrix are those of 0. `bits` go into one element; `top` stands for no bound.
     """
     for i in range(1, clocks + 1):
-        code[i - 1] = min(matrix[i, 0], top)
-        code[clocks + i - 1] = matrix[0, i]
-    at = 2 * clocks
+        code[base + i - 1] = min(matrix[i, 0], top)
+        code[base + clocks + i - 1] = matrix[0, i]
+    at = base + 2 * clocks
     values = at + (clocks * (clocks - 1) + bits - 1) // bits
     bit, word = 0, 0
     for i in range(1, clocks + 1):
@@ -60,16 +61,16 @@ def encode(matrix, clocks, code, bits, top):  # type: ignore[no-untyped-def]
                 bit, word = 0, 0
     if bit:
         code[at] = word
-    return values
+    return values - base
 
 
 @kernel()
-def encode_after(kept, start, clocks, before, ends, code, bits, top):  # type: ignore[no-untyped-def]
-    """Write the record of what `matrix_after` would write; return its length."""
+def encode_after(kept, start, clocks, before, ends, code, base, bits, top):  # type: ignore[no-untyped-def]
+    """Write the record of what `matrix_after` would write, from a position on; return its length."""
     for a in range(clocks):
-        code[a] = min(ends[0, a], top)
-        code[clocks + a] = ends[1, a]
-    at = 2 * clocks
+        code[base + a] = min(ends[0, a], top)
+        code[base + clocks + a] = ends[1, a]
+    at = base + 2 * clocks
     values = at + (clocks * (clocks - 1) + bits - 1) // bits
     bit, word = 0, 0
     for a in range(clocks):
@@ -98,7 +99,7 @@ def encode_after(kept, start, clocks, before, ends, code, bits, top):  # type: i
                 bit, word = 0, 0
     if bit:
         code[at] = word
-    return values
+    return values - base
 
 
 @kernel()
@@ -138,9 +139,8 @@ def hash_record(marking, codes, first, length):  # type: ignore[no-untyped-def]
 
 
 @kernel()
-def class_of(control, table, markings, starts, codes, marking, code, length):  # type: ignore[no-untyped-def]
-    """Return the number of a class, and whether it is new; there must be room."""
-    value = hash_record(marking, code, 0, length)
+def find_record(table, markings, starts, codes, marking, code, base, length, value):  # type: ignore[no-untyped-def]
+    """Return the class of a record with a hash, and its slot; if there is none, -1 and a free slot."""
     mask = table.size - 1
     slot, tag = value & mask, value >> TAG_SHIFT
     while table[slot] != 0:
@@ -150,21 +150,20 @@ def class_of(control, table, markings, starts, codes, marking, code, length):  #
             if markings[number] == marking:
                 first = starts[number]
                 at = 0
-                while at < length and codes[first + at] == code[at]:
+                while at < length and codes[first + at] == code[base + at]:
                     at += 1
                 if at == length:
-                    return number, False
+                    return number, slot
         slot = (slot + 1) & mask
-    table[slot] = tag << INDEX_BITS | (control[CLASSES] + 1)
-    return append(control, markings, starts, codes, marking, code, length), True
+    return UNKNOWN, slot
 
 
 @kernel()
-def append(control, markings, starts, codes, marking, code, length):  # type: ignore[no-untyped-def]
+def append(control, markings, starts, codes, marking, code, base, length):  # type: ignore[no-untyped-def]
     """Store a record that is new."""
     number, first = control[CLASSES], control[CODES]
     for at in range(length):
-        codes[first + at] = code[at]
+        codes[first + at] = code[base + at]
     markings[number] = marking
     starts[number + 1] = first + length
     control[CLASSES] = number + 1
