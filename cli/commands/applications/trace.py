@@ -128,6 +128,8 @@ def _refuse(output: Path, suffix: str, compare: Path | None, **drawing: Any) -> 
 def _list(builder: TraceBuilder) -> None:
     width = max((len(step.node or "") for step in builder.steps), default=0)
     start = next((step.time for step in builder.steps if step.time is not None), None)
+    if any("window" in step.details for step in builder.steps):
+        start = None  # the steps of a schedule say themselves when they happen, in the unit of the net
     for number, step in enumerate(builder.steps):
         if number == builder.loop:
             say("  forever:")
