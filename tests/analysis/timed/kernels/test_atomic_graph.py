@@ -19,7 +19,7 @@ from dineros.analysis.timed.kernels.edges import CLASSES, EDGES, INITIAL, STABLE
 from dineros.analysis.timed.nets import TimedNet, compile_timed_net
 from dineros.metamodel.files import load
 
-FOLDER = Path(__file__).resolve().parents[4] / "shared/tpn/nets"
+FOLDER = Path(__file__).resolve().parents[5] / "shared/tpn/nets"
 NONE = 1 << 40
 AT_ONCE = 1 << 21
 """Bounds of one stack of matrices."""
