@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from dineros.analysis.explicit import Order
     from dineros.analysis.symbolic.order_cache import OrderCache
     from dineros.analysis.timed.nets import TimedNet
+    from dineros.analysis.timed.parts import Part
 
 
 @dataclass(frozen=True)
@@ -207,6 +208,12 @@ FIRST_SHARE, FIRST_SECONDS = 0.1, 5.0
 PLAIN_SHARE, PLAIN_SECONDS = 0.5, 120.0
 """The same for the net without its times, before more state classes are built."""
 
+PART_SHARE = 0.3
+"""Part of the time for the part of the net that decides."""
+
+IN_PART = ", in a part of the net"
+"""Suffix of the method's name if a part of the net decided the question."""
+
 WITHOUT_TIMES = ", without times"
 """Suffix of the method's name if the question was decided without times."""
 
@@ -227,22 +234,46 @@ class Timed(Engine):
     def answer(self, question: Question, budget: Budget) -> Outcome:
         """Build state classes; a run that shows the answer has a schedule.
 
-        If they are not built soon, the net is asked without its times: what never happens then does not
-        happen with times, as these only take runs away. If nothing ever has to fire, questions about markings
-        are asked without times only: see `TimedNet.is_unforced`.
+        If they are not built soon, the part of the net that decides is asked, and the net without its times:
+        what never happens then does not happen with times, as these only take runs away. If nothing ever has
+        to fire, questions about markings are asked without times only: see `TimedNet.is_unforced`.
         """
         budget = budget.begun()
         if self.net.is_unforced and self._is_about_markings(question):
             return self._plain(question, budget)
-        if not self._holds_with_fewer_runs(question):
+        part = self._part(question)
+        if part is None and not self._holds_with_fewer_runs(question):
             return self._of_classes(question, budget)
         found = self._of_classes(question, budget.share(FIRST_SHARE).at_most(FIRST_SECONDS))
         if found.status != "unknown":
             return found
+        if part is not None:
+            found = replace(self, net=part.net)._of_classes(question, budget.share(PART_SHARE))
+            if found.status in ("unreachable", "holds"):
+                return replace(found, by=f"{found.by}{IN_PART}", evidence=None)
+            if not self._holds_with_fewer_runs(question):
+                return self._of_classes(question, budget)
         plain = self._plain(_relaxed(question), budget.share(PLAIN_SHARE).at_most(PLAIN_SECONDS))
         if plain.status in ("unreachable", "holds"):
             return plain
         return self._of_classes(question, budget)
+
+    def _part(self, question: Question) -> Part | None:
+        """Return the part of the net that decides; None if there is none, or it is nearly the net."""
+        from dineros.analysis.logic.language.bounded import read_bounded
+        from dineros.analysis.logic.language.parser import parse
+        from dineros.analysis.timed.parts import part_of_firing, part_of_formula
+
+        match question:
+            case Enabled(_, names, name):
+                asked = names.transitions(name)
+                return part_of_firing(self.net, asked[0]) if len(asked) == 1 else None
+            case Marking(_, names, condition):
+                return part_of_formula(self.net, parse(condition, "state"), names)
+            case Linear(_, names, formula, (), ()):
+                bounded = read_bounded(formula)
+                return None if bounded is None else part_of_formula(self.net, bounded, names)
+        return None
 
     @staticmethod
     def _plain(question: Question, budget: Budget) -> Outcome:

@@ -8,6 +8,7 @@ from dineros.analysis.checks.boundedness import Boundedness, Places
 from dineros.analysis.checks.question import Checked, Question
 from dineros.analysis.covering.firings import Firings
 from dineros.analysis.timed.exploring import Explored, explore_timed, fire_far_away
+from dineros.analysis.timed.parts import part_of_firing
 from dineros.analysis.timed_checks.timed_checked import TimedChecked, with_times
 from dineros.analysis.timed_checks.timed_walks import walk_in_time, walk_towards
 from dineros.analysis.timed_checks.without_times import WithoutTimes, time_goes_on, without_times
@@ -20,6 +21,9 @@ FIRST_SHARE, FIRST_SECONDS = 0.1, 5.0
 
 WALKS_SHARE, UNTIMED_SHARE, UNTIMED_SECONDS = 0.1, 0.4, 120.0
 """Parts of what is left for random runs and for the net without its times, and seconds at most for that."""
+
+PARTS_SHARE, PART_SECONDS = 0.15, 5.0
+"""Part of what is left then for parts of the net, and seconds at most for each."""
 
 CLASSES_SHARE, FAR_SHARE = 0.6, 0.4
 """Parts of what is left then to go on with the classes, and for a search depth first."""
@@ -50,6 +54,8 @@ class TimedBoundedness(Question):
             ways += ["random runs", "the net without its times"]
             self._walk(known, found)
             proof = self._ask_without_times(known, explored, found)
+            if self._ask_parts(known, found):
+                ways.append("parts of the net")
             if not _is_all_known(known, explored, found, proof):
                 explored = explore_timed(net, checked.budget.share(CLASSES_SHARE), explored)
                 found, ways = _with_classes(explored, found, ways)
@@ -116,6 +122,24 @@ class TimedBoundedness(Question):
         is_free = not any(t in above for t, above in enumerate(explored.net.above))
         found.has_no_deadlock = proof.has_no_deadlock and is_free
         return proof
+
+    @staticmethod
+    def _ask_parts(known: TimedChecked, found: Firings) -> bool:
+        """Note what never fires in the part of the net that decides, and tell whether that is anything."""
+        net, budget = known.timed.timed, known.budget.share(PARTS_SHARE)
+        asked: dict[frozenset[int], frozenset[int]] = {}
+        before = len(found.dead)
+        for transition in range(len(net.intervals)):
+            if not found.is_open(transition) or budget.is_over:
+                continue
+            part = part_of_firing(net, transition)
+            if part is None:
+                continue
+            if part.own not in asked:
+                seen = explore_timed(part.net, budget.at_most(PART_SECONDS))
+                asked[part.own] = part.own - seen.ways.keys() if seen.is_complete else frozenset()
+            found.dead |= asked[part.own] - found.traces.keys()
+        return len(found.dead) > before
 
     @staticmethod
     def _look_far(checked: Checked, explored: Explored, found: Firings) -> None:

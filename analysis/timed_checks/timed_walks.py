@@ -23,6 +23,9 @@ RUNS = 24
 STEPS = 2_000
 """Firings of each."""
 
+TRIES = 4
+"""Runs for a transition that no run has fired yet."""
+
 RIVAL_STEPS = 3
 """Transitions from one whose tokens are taken away to one that is slow."""
 
@@ -199,11 +202,14 @@ def walk_towards(net: TimedNet, wanted: Collection[int], found: Walked, budget: 
         if budget.is_over:
             return
         slow = _rivals(net, transition)
-        if transition in found.ways or not slow:
-            continue
-        run = TimedRun(net)
-        trace = _drawn(run, Random(transition), True, STEPS, budget, slow, transition)
-        found.add(trace, run.is_over)
+        for number in range(TRIES):
+            if transition in found.ways or not slow or budget.is_over:
+                break
+            run = TimedRun(net)
+            draw = Random(transition + number * len(net.intervals))
+            # Time hardly goes on in a hasty run if something can always fire at once, such as a signal.
+            trace = _drawn(run, draw, number == 0, STEPS, budget, slow, transition)
+            found.add(trace, run.is_over)
 
 
 def _rivals(net: TimedNet, wanted: int) -> set[int]:

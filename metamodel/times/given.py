@@ -11,6 +11,8 @@ True
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.callbacks.bodies import Body
@@ -33,24 +35,33 @@ from dineros.metamodel.elements import (
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.matching import quality_of
 
-_OF_CALLBACKS = ("duration", "offset", "jitter")
+_TIMES = ("interval", "duration", "offset", "jitter", "latency", "reaction")
 
 
 def says_times(model: sym.SystemModel) -> bool:
-    """Return whether a model says how long anything takes; the period of a timer alone does not count."""
-    if any(each.interval is not None or _given(each, "duration") for each in transitions(model)):
-        return True
-    for page in pages(model):
-        if isinstance(page, sym.CallbackPage) and any(_given(page, name) for name in _OF_CALLBACKS):
-            return True
-        if _given(page, "reaction"):
-            return True
-    for channel in model.channels:
-        if any(_given(each, "latency") for each in (channel, *channel.eContents)):
-            return True
-    return model.times is not None and any(
-        _given(model.times, name) for name in ("latency", "duration", "reaction")
-    )
+    """Tell whether a model says of anything how long it takes at most, so that times decide something.
+
+    The period of a timer alone does not count, nor do earliest times alone: nothing ever has to happen.
+    """
+    return any(not isinstance(each, pn.TimeInterval) or each.latest is not None for each in _times(model))
+
+
+def gives_times(model: sym.SystemModel) -> bool:
+    """Tell whether a model says anything of time; the period of a timer alone does not count."""
+    return next(_times(model), None) is not None
+
+
+def _times(model: sym.SystemModel) -> Iterator[pn.TimeInterval | float]:
+    """Yield the intervals and the jitters that a model gives."""
+    owners: list[EObject] = [*transitions(model), *pages(model)]
+    owners += [each for channel in model.channels for each in (channel, *channel.eContents)]
+    if model.times is not None:
+        owners.append(model.times)
+    for each in owners:
+        for name in _TIMES:
+            found = getattr(each, name, None)
+            if found is not None:
+                yield found
 
 
 def require_known(model: sym.SystemModel) -> None:
@@ -69,10 +80,6 @@ def require_known(model: sym.SystemModel) -> None:
                     element=channel.id,
                     hint="omit --time, or remove the lifespan",
                 )
-
-
-def _given(element: EObject, name: str) -> bool:
-    return getattr(element, name, None) is not None
 
 
 def default_times(element: EObject | None) -> sym.DefaultTimes:

@@ -14,10 +14,10 @@ from dineros.metamodel.errors import Location
 from dineros.metamodel.records import Record
 from dineros.metamodel.times.given import (
     duration_of,
+    gives_times,
     latency_between,
     latency_of_calls,
     period_of,
-    says_times,
 )
 from dineros.observation.measuring.samples import duration_text
 from dineros.observation.measuring.seen import Part, Seen
@@ -162,7 +162,7 @@ class Comparison:
     """
 
     def __init__(self, model: sym.SystemModel, allowance: float = ALLOWANCE) -> None:
-        self._declared = declarations(model) if says_times(model) else {}
+        self._declared = declarations(model) if gives_times(model) else {}
         self._allowance = allowance
         self._counts: dict[Part, int] = {}
         self._found: dict[tuple[Part, str], Breach] = {}

@@ -58,6 +58,8 @@ def test_times_are_used_only_if_the_model_says_any() -> None:
         page.duration = page.offset = None
     assert not says_times(model)
     assert not timed_base_subject(model).timed.has_times
+    pages[1].duration = seconds(0.002, None)
+    assert not says_times(model), "nothing would ever have to happen"
     pages[1].duration = seconds(0.002, 0.005)
     assert says_times(model)
     assert timed_base_subject(model).timed.has_times

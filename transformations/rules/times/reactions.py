@@ -6,11 +6,11 @@ from dineros.metamodel import pn, sym
 from dineros.transformations.language.creation import New
 from dineros.transformations.language.expressions import Path
 from dineros.transformations.language.functions import ancestor
-from dineros.transformations.language.patterns import Made, Node
+from dineros.transformations.language.patterns import Index, Made, Node
 from dineros.transformations.rules.histories import R3
 from dineros.transformations.rules.phases import Phase, StandardRule
 from dineros.transformations.rules.queries.times import CallsOnTheWay, Reacts, ReactsFrom, ReactsUntil
-from dineros.transformations.rules.services import S1
+from dineros.transformations.rules.services import S1, S2, Home, instances
 
 
 class D7(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
@@ -37,6 +37,23 @@ class D7Take(StandardRule, phase=Phase.intervals, middleware="ros2", times=True)
     )
 
     where = [Reacts(node, move)]
+
+
+class D7Request(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
+    """So it takes a request, if requests have clocks while they are on their way, and an instance is free."""
+
+    service = Node(sym.ServiceChannel)
+    client = Node(sym.ClientPort, channel=service)
+    node = Node(sym.NodeNet, of=Home(service.server.entry))
+    instance = Index(upto=instances(service))
+    taken = Made(S2.t_call, of=[service, client, instance])
+    move = Node(pn.Transition, of=taken)
+
+    reaction = New(
+        pn.TimeInterval, into=Path(move, "interval"), earliest=ReactsFrom(node), latest=ReactsUntil(node)
+    )
+
+    where = [CallsOnTheWay(client) > 0, Reacts(node, move)]
 
 
 class D7Response(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):

@@ -1,0 +1,158 @@
+"""Parts of a time Petri net that nothing else decides about: what holds there holds in the whole net.
+
+A part has some places. Its transitions are those that change tokens there, and they test no place outside.
+Others, its guests, may only take tokens there and put the same ones back. In the part they do so at any time.
+
+Each run of the net is one of the part, without the firings that touch nothing there. The tokens are the same,
+so the same transitions of the part are enabled. A clock starts again at the same firings: those that take
+tokens of its transition are all in the part. So each firing of the part is in time, and none is missed.
+The part can do more than the net, hence it proves what never happens and what always comes within a time, and
+shows nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from dineros.analysis.logic.language.atoms import BoundAtoms, Linear, SomeEnabled, SomeFired
+from dineros.analysis.logic.language.bounded import Bounded, is_step
+from dineros.analysis.logic.language.names import Names
+from dineros.analysis.logic.language.syntax import Fired, Formula
+from dineros.analysis.nets.compiled import ArcTable, CompiledNet
+from dineros.analysis.timed.nets import Interval, TimedNet
+
+MOST = 0.7
+"""Part of the transitions of a net that a part may have, to be looked at on its own."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part of a net.
+
+    Attributes
+    ----------
+    net : TimedNet
+        The part, with the numbers of the whole net: what is left out never fires.
+    own : frozenset of int
+        Transitions that fire in the part as in the whole net.
+    """
+
+    net: TimedNet
+    own: frozenset[int]
+
+
+def part_of_formula(net: TimedNet, formula: Formula, names: Names) -> Part | None:
+    """Return the part that decides about a formula; None if that is nearly the net, or not known.
+
+    Firings that touch nothing in the part are left out. So conditions on firings are followed only where such
+    a firing makes no difference.
+    """
+    if isinstance(formula, Bounded):
+        trigger = formula.trigger
+        if trigger is not None and is_step(trigger) and not isinstance(trigger, Fired):
+            return None
+        if formula.always and is_step(formula.condition):
+            return None
+    elif is_step(formula):
+        return None
+    places: set[int] = set()
+    for condition in BoundAtoms(net.untimed, formula, names).conditions.values():
+        match condition:
+            case Linear(factors):
+                places.update(factors)
+            case SomeEnabled(asked) | SomeFired(asked):
+                for transition in asked:
+                    places |= _tested(net, transition)
+            case _:
+                return None
+    return part_around(net, places)
+
+
+def part_of_firing(net: TimedNet, transition: int) -> Part | None:
+    """Return the part that decides whether a transition ever fires; None if that is nearly the net."""
+    return part_around(net, _tested(net, transition))
+
+
+def part_around(net: TimedNet, places: Iterable[int]) -> Part | None:
+    """Return the smallest part with some places.
+
+    None if it has nearly all transitions, no place, or if priorities decide what fires.
+    """
+    inside = _closed(net, places)
+    if not inside or net.has_priorities:
+        return None
+    every = range(len(net.intervals))
+    own = {t for t in every if _tested(net, t) <= inside and (_tested(net, t) or _changes(net, t, inside))}
+    guests = {t for t in every if t not in own and any(place in inside for place, _ in net.take.row(t))}
+    if len(own) + len(guests) > MOST * len(every):
+        return None
+    return Part(_cut(net, inside, own, guests), frozenset(own))
+
+
+def _closed(net: TimedNet, places: Iterable[int]) -> set[int]:
+    """Return places, and all those that transitions test that change tokens on one of them."""
+    changing: list[list[int]] = [[] for _ in net.untimed.places]
+    for transition, delta in enumerate(net.untimed.delta):
+        for place in delta:
+            changing[place].append(transition)
+    inside: set[int] = set()
+    todo = list(places)
+    while todo:
+        place = todo.pop()
+        if place in inside:
+            continue
+        inside.add(place)
+        for transition in changing[place]:
+            todo.extend(_tested(net, transition) - inside)
+    return inside
+
+
+def _tested(net: TimedNet, transition: int) -> set[int]:
+    rows = (*net.test.row(transition), *net.untimed.inhibitor.row(transition))
+    return {place for place, _ in rows}
+
+
+def _changes(net: TimedNet, transition: int, inside: set[int]) -> bool:
+    return any(place in inside for place in net.untimed.delta[transition])
+
+
+def _cut(net: TimedNet, inside: set[int], own: set[int], guests: set[int]) -> TimedNet:
+    """Return the net of a part: what is left out never fires, and guests fire at any time."""
+    left_out = len(own) + len(guests) < len(net.intervals)
+    never = {next(p for p in range(len(net.untimed.places)) if p not in inside): 1} if left_out else {}
+    take: list[dict[int, int]] = []
+    put: list[dict[int, int]] = []
+    test: list[dict[int, int]] = []
+    inhibitor: list[dict[int, int]] = []
+    intervals = []
+    for t, interval in enumerate(net.intervals):
+        is_in = t in own or t in guests
+        tables = (net.take, net.put, net.test, net.untimed.inhibitor)
+        taken, given, tested, forbidden = (
+            {place: weight for place, weight in table.row(t) if is_in and place in inside} for table in tables
+        )
+        take.append(taken if is_in else never)
+        put.append(given)
+        test.append(tested if is_in else never)
+        inhibitor.append(forbidden)
+        intervals.append(interval if t in own else Interval())
+    reads = [{p: w - taken.get(p, 0) for p, w in row.items()} for row, taken in zip(test, take, strict=True)]
+    post = [
+        {p: given.get(p, 0) + read.get(p, 0) for p in (*given, *read)}
+        for given, read in zip(put, reads, strict=True)
+    ]
+    post = [{place: weight for place, weight in row.items() if weight} for row in post]
+    initial = np.array([n if p in inside else 0 for p, n in enumerate(net.untimed.initial.tolist())])
+    untimed = CompiledNet(
+        net.untimed.places,
+        net.untimed.transitions,
+        initial.astype(np.int64),
+        ArcTable.from_rows(test),
+        ArcTable.from_rows(post),
+        ArcTable.from_rows(inhibitor),
+    )
+    tables = [ArcTable.from_rows(rows) for rows in (take, put, test)]
+    return TimedNet(untimed, tables[0], tables[1], tables[2], tuple(intervals), tuple(() for _ in intervals))
