@@ -130,6 +130,12 @@ class Presence(Question):
         "A request can be lost because its server is not there, or leaves; its client gives it up.",
         "{loss}",
     )
+    EXPIRED = Fault(
+        "message-expires",
+        "note",
+        "A message can be older than its lifespan before it is taken: it is not delivered.",
+        "{loss}",
+    )
     GOALS_STAY = Fault(
         "goals-outlive-server",
         "note",
@@ -138,7 +144,7 @@ class Presence(Question):
         "{node}: with rclpy a goal that is sent while {node} is not configured, or that it has when it "
         "leaves, gets no result",
     )
-    faults = (INACTIVE, MISSED, LEFT, UNSERVED, UNANSWERED, GIVEN_UP, GOALS_STAY)
+    faults = (INACTIVE, MISSED, LEFT, UNSERVED, UNANSWERED, GIVEN_UP, EXPIRED, GOALS_STAY)
     asks = "whether messages and requests are lost because a node is not there"
 
     _KINDS: ClassVar[dict[Kind, tuple[Fault, str]]] = {
@@ -148,6 +154,7 @@ class Presence(Question):
         "unserved": (UNSERVED, "every server exists when requests are sent"),
         "unanswered": (UNANSWERED, "no request is lost with a server that is cleaned up or shut down"),
         "given up": (GIVEN_UP, "no client has to give up because its server is not there"),
+        "expired": (EXPIRED, "no message is older than its lifespan before it is taken"),
     }
 
     def ask(self, checked: Checked) -> None:

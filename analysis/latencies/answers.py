@@ -26,7 +26,7 @@ from dineros.metamodel.callbacks.groups import runs_callbacks
 from dineros.metamodel.elements import channels, label, node_net_of
 from dineros.metamodel.errors import DinerosError, near_matches
 from dineros.metamodel.guards.using import require_no_guards
-from dineros.metamodel.times.given import duration_of, latency_between, says_times, waits
+from dineros.metamodel.times.given import duration_of, latency_between, require_known, says_times, waits
 from dineros.metamodel.times.overlaps import runs_overlapping
 from dineros.metamodel.times.rates import on_the_way
 
@@ -148,7 +148,8 @@ def require_times(model: sym.SystemModel, *, with_guards: bool = False) -> None:
         require_no_guards(model, "an analysis of exact latencies")
     if model.middleware != sym.Middleware.ros2:
         hint = "set middleware to ros2"
-        raise DinerosError("latencies are defined for ROS 2 only", hint=hint, element=model.id)
+        raise DinerosError("latencies are those of ROS 2", hint=hint, element=model.id)
+    require_known(model)
     if not says_times(model):
         hint = "give durations to callbacks, and latencies to topics and services"
         raise DinerosError("the model has no times", hint=hint, element=model.id)

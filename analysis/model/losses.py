@@ -1,4 +1,4 @@
-"""Where messages and requests are lost because a managed node is not there, or not active."""
+"""Where messages and requests are lost because a managed node is not there, or a message is too old."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from dineros.metamodel import pn, sym
 if TYPE_CHECKING:
     from dineros.transformations.flattening.traces import Link
 
-Kind = Literal["inactive", "missed", "left", "unserved", "unanswered", "given up"]
+Kind = Literal["inactive", "missed", "left", "unserved", "unanswered", "given up", "expired"]
 
 _KINDS: dict[str, Kind] = {
     "discard": "inactive",
@@ -20,6 +20,7 @@ _KINDS: dict[str, Kind] = {
     "left": "left",
     "gone": "left",
     "clear": "left",
+    "expire": "expired",
 }
 _OF_REQUESTS: dict[str, Kind] = {"miss": "unserved", "left": "unanswered", "unanswered": "unanswered"}
 
@@ -30,10 +31,11 @@ class Loss:
 
     Attributes
     ----------
-    kind : {"inactive", "missed", "left", "unserved", "unanswered", "given up"}
+    kind : {"inactive", "missed", "left", "unserved", "unanswered", "given up", "expired"}
         The publisher's node is not active; the subscriber's is not configured; one of them was cleaned up or
         shut down while the message was on its way; the server's is not configured; it was cleaned up or shut
         down before it answered. ``given up``: one of the last two, and the client has a time-out.
+        ``expired``: the message is older than its lifespan.
     elements : tuple of str
         Ids of the channel, and of the places of the ports; of a request that of the client's requests.
     text : str

@@ -64,22 +64,46 @@ def _times(model: sym.SystemModel) -> Iterator[pn.TimeInterval | float]:
                 yield found
 
 
+def has_lifespans(model: sym.SystemModel) -> bool:
+    """Tell whether messages of a topic are removed when they are too old."""
+    return _with_lifespan(model) is not None
+
+
 def require_known(model: sym.SystemModel) -> None:
-    """Refuse what a model says of time that no rule obeys: a message would stay longer than it may.
+    """Refuse what a model says of time that an analysis of latencies does not follow.
 
     Raises
     ------
     DinerosError
         A topic or a port has a lifespan.
     """
+    channel = _with_lifespan(model)
+    if channel is not None:
+        raise DinerosError(
+            f"topic {channel.topic} has a lifespan, which latencies do not follow yet",
+            element=channel.id,
+            hint="ask check --time, or take the lifespan away",
+        )
+
+
+def _with_lifespan(model: sym.SystemModel) -> sym.TopicChannel | None:
     for channel in channels(model, sym.TopicChannel):
-        for port in (*channel.publishers, *channel.subscribers):
-            if quality_of(port).lifespan is not None:
-                raise DinerosError(
-                    f"topic {channel.topic} has a lifespan, which questions with time do not support yet",
-                    element=channel.id,
-                    hint="omit --time, or remove the lifespan",
-                )
+        if any(quality_of(port).lifespan is not None for port in (*channel.publishers, *channel.subscribers)):
+            return channel
+    return None
+
+
+def lifespan_between(writer: sym.PublisherPort, reader: sym.SubscriberPort) -> pn.TimeInterval | None:
+    """Return how old a message is when it is removed before it is taken; None if it never is.
+
+    By DDS, the writer's lifespan counts. Some implementations obey that of the reader instead. So a message
+    certainly goes only if both say it; if one does, nothing bounds when.
+    """
+    given = [quality_of(port).lifespan for port in (writer, reader)]
+    known = [each for each in given if each is not None]
+    if not known:
+        return None
+    return pn.TimeInterval(earliest=min(known), latest=max(known) if len(known) == 2 else None)
 
 
 def default_times(element: EObject | None) -> sym.DefaultTimes:

@@ -21,9 +21,15 @@ from dineros.metamodel.calls import UNLIMITED
 from dineros.metamodel.elements import node_net_of, resolve
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.matching import are_matched
-from dineros.metamodel.times.given import duration_of, latency_between, period_of, runs_at_once, waits
-from dineros.metamodel.times.once import once, unchanged
-from dineros.metamodel.times.runs import most_put, only_put_by, ports_at, stand_for
+from dineros.metamodel.times.given import (
+    duration_of,
+    latency_between,
+    lifespan_between,
+    period_of,
+    runs_at_once,
+    waits,
+)
+from dineros.metamodel.times.runs import most_put, only_put_by
 
 MOST_ON_THE_WAY = 64
 """Messages between two ports, each with a clock of its own."""
@@ -62,6 +68,36 @@ def on_the_way(writer: sym.PublisherPort, reader: sym.SubscriberPort) -> int:
             f"up to {found} messages of topic {topic} can be on their way at once",
             element=topic,
             hint="give durations to the callbacks that publish them, or a smaller latency",
+        )
+    return max(1, found)
+
+
+def ages_at_once(writer: sym.PublisherPort, reader: sym.SubscriberPort) -> int:
+    """Return how many messages between two ports need clocks for their lifespans; 0: they may go at any time.
+
+    They may if nothing bounds how many there are, or how old they get; and if the reader has other writers,
+    as their messages are told apart no more in its history.
+
+    Raises
+    ------
+    TooManyOnTheWayError
+        There are too many.
+    """
+    span = lifespan_between(writer, reader)
+    others = reader.channel.publishers if reader.channel is not None else ()
+    if span is None or span.latest is None or not on_the_way(writer, reader):
+        return 0
+    if any(other is not writer and are_matched(other, reader) for other in others):
+        return 0
+    found = _publications(writer, seconds_of(span.latest), frozenset())
+    if found is None:
+        return 0
+    if found > MOST_ON_THE_WAY:
+        topic = "" if writer.channel is None else writer.channel.topic
+        raise TooManyOnTheWayError(
+            f"up to {found} messages of topic {topic} are younger than their lifespan at once",
+            element=topic,
+            hint="give durations to what publishes them, or a smaller lifespan",
         )
     return max(1, found)
 

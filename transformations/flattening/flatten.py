@@ -13,7 +13,6 @@ from dineros.metamodel.elements import arcs, nodes, resolve, transitions
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.files.reading import collector_paused
 from dineros.metamodel.guards.using import guarded
-from dineros.metamodel.times.given import require_known
 from dineros.metamodel.times.intervals import copied_interval
 from dineros.transformations.flattening.bounding import fresh, join
 from dineros.transformations.flattening.certificate import add_certificate, check_certificate
@@ -91,8 +90,6 @@ def flatten(
     is_ros2 = model.middleware == sym.Middleware.ros2
     middleware: MiddlewareVariant = "ros2" if is_ros2 else "ros1"
     times = times and is_ros2
-    if times:
-        require_known(model)
     rules = rules_of(signals, overflow, middleware, times)
     instances = [rule for rule in rules if rule.phase is Phase.instances]
     standard = [rule for rule in rules if Phase.instances < rule.phase < Phase.bounds]

@@ -39,6 +39,7 @@ from dineros.transformations.rules.phases import (
 from dineros.transformations.rules.times import (
     deadlines,
     latencies,
+    lifespans,
     orders,
     reactions,
     strikes,
@@ -178,7 +179,7 @@ FAMILIES = (
         "times",
         "Times of ROS 2: strikes, work, messages on their way, reactions, time-outs, orders",
         "",
-        (strikes, work, latencies, reactions, time_outs, orders),
+        (strikes, work, latencies, lifespans, reactions, time_outs, orders),
         "They run where the middleware is `ros2` and a question asks about time.",
     ),
     _family(

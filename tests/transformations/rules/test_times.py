@@ -105,14 +105,6 @@ def test_jitter_does_not_shift_later_strikes() -> None:
     assert fired(explored(model), ".miss") == {"tick"}
 
 
-def test_lifespans_are_refused() -> None:
-    model = model_of(COUNTED[1].system)
-    (channel,) = channels(model, sym.TopicChannel)
-    channel.subscribers[0].qos = sym.QualityOfService(lifespan=3.0)
-    with pytest.raises(DinerosError, match="lifespan"):
-        timed_base_subject(model)
-
-
 def burst(limit: int) -> sym.SystemModel:
     """Return a node net that can send six messages at any moment, to a reader that keeps four."""
     pool, send, out = sym.Place(id="Pool", tokens=6), sym.Transition(id="Send"), sym.Place(id="Out")

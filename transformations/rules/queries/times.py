@@ -13,6 +13,7 @@ from dineros.metamodel.times.given import (
     gives_up_in_time,
     latency_between,
     latency_of_calls,
+    lifespan_between,
     period_of,
     reaction_of,
     runs_at_once,
@@ -21,7 +22,7 @@ from dineros.metamodel.times.given import (
 from dineros.metamodel.times.intervals import copied_interval
 from dineros.metamodel.times.orders import keeps_order
 from dineros.metamodel.times.overlaps import runs_overlapping
-from dineros.metamodel.times.rates import on_the_way, publishes_without_end
+from dineros.metamodel.times.rates import ages_at_once, on_the_way, publishes_without_end
 from dineros.transformations.language.datatypes import REAL, TRUTH, WHOLE
 from dineros.transformations.language.functions import Query
 
@@ -194,6 +195,36 @@ class OnTheWay(Query):
     datatype = WHOLE
     _words = "messages on their way from {} to {}"
     _answer = staticmethod(on_the_way)
+
+
+class Lifespan(Query):
+    """Age at which a message is removed before it is taken."""
+
+    eclass = pn.TimeInterval
+    _words = "lifespan from {} to {}"
+
+    @staticmethod
+    def _answer(writer: sym.PublisherPort, reader: sym.SubscriberPort) -> pn.TimeInterval | None:
+        return copied_interval(lifespan_between(writer, reader))
+
+
+class HasLifespan(Query):
+    """Whether messages between two ports are removed when they are too old."""
+
+    datatype = TRUTH
+    _words = "messages from {} to {} have a lifespan"
+
+    @staticmethod
+    def _answer(writer: sym.PublisherPort, reader: sym.SubscriberPort) -> bool:
+        return lifespan_between(writer, reader) is not None
+
+
+class AgesAtOnce(Query):
+    """Number of messages between two ports whose ages have their own clocks at the same time."""
+
+    datatype = WHOLE
+    _words = "ages of messages from {} to {}"
+    _answer = staticmethod(ages_at_once)
 
 
 class CallLatency(Query):

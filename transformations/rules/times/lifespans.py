@@ -1,0 +1,132 @@
+"""Lifespans of messages of ROS 2 (rule D10): a message that is too old is removed before it is taken.
+
+Each message has a clock for its age from its publication on. A reader history is first in, first out, and
+lifespans of a pair are equal; so the oldest message is the first to go, whether it is taken, displaced or too
+old. A count of those that went before their time tells whether the message of a clock that ends is still
+there. If it is still on its way, it goes when it arrives, and does not enter the history.
+
+If clocks are not possible, a message may go at any time.
+"""
+
+from __future__ import annotations
+
+from dineros.metamodel import sym
+from dineros.metamodel.records import Drop
+from dineros.transformations.language.functions import less
+from dineros.transformations.language.meaning import Meaning
+from dineros.transformations.language.patterns import Index, Made, Node
+from dineros.transformations.rules.histories import PAIR, R2, R3, READER
+from dineros.transformations.rules.notation import arc, inhibit, place, read, transition
+from dineros.transformations.rules.phases import Phase, StandardRule
+from dineros.transformations.rules.queries.times import AgesAtOnce, HasLifespan, Lifespan
+from dineros.transformations.rules.times.clocks import Clock
+
+
+def _expires() -> Meaning:
+    return Meaning(
+        "a message of {publisher} for {subscriber} (topic {topic}) is older than its lifespan",
+        step=Drop,
+        queue="subscriber",
+        called=READER,
+        part="expire",
+    )
+
+
+class D10(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """What is too old leaves the reader history."""
+
+    channel = Node(sym.TopicChannel)
+    writer = Node(sym.PublisherPort, channel=channel)
+    reader = Node(sym.SubscriberPort, channel=channel)
+    written = Made(R2.queue, of=[writer, reader])
+    received = Made(R3.received, of=reader)
+    history = Made(R3.queue, of=reader)
+
+    ages = place(
+        f"{PAIR}.ages", means=Meaning("a message of {publisher} for {subscriber} (topic {topic}) is new")
+    )
+    old = place(
+        f"{PAIR}.old",
+        means=Meaning("the lifespan of a message of {publisher} for {subscriber} (topic {topic}) is over"),
+    )
+    gone = place(
+        f"{PAIR}.gone",
+        means=Meaning("a message of {publisher} for {subscriber} (topic {topic}) went before its lifespan"),
+    )
+    lapse = transition(
+        f"{PAIR}.lapse",
+        means=Meaning("the age of a message of {publisher} for {subscriber} (topic {topic}) is over"),
+        at_once=True,
+    )
+    expire = transition(f"{PAIR}.expire", means=_expires(), at_once=True)
+    stale = transition(f"{PAIR}.stale", means=_expires(), at_once=True)
+    arcs = [
+        arc(written.leave, ages),
+        arc(history.leave, gone),
+        arc(history.drop, gone),
+        arc(old, lapse),
+        arc(gone, lapse),
+        arc(old, expire),
+        arc(history.load, expire),
+        arc(expire, history.capacity),
+        inhibit(gone, expire),
+        arc(old, stale),
+        arc(received, stale),
+        inhibit(gone, stale),
+        inhibit(history.load, stale),
+        inhibit(old, history.enter),
+        inhibit(old, history.drop),
+        inhibit(old, history.leave),
+    ]
+
+    where = [AgesAtOnce(writer, reader) > 0]
+
+
+class D10Clock(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """Each age has a clock."""
+
+    channel = Node(sym.TopicChannel)
+    writer = Node(sym.PublisherPort, channel=channel)
+    reader = Node(sym.SubscriberPort, channel=channel)
+    ages = Made(D10.ages, of=[writer, reader])
+    old = Made(D10.old, of=[writer, reader])
+    number = Index(upto=AgesAtOnce(writer, reader))
+
+    clock = Clock(
+        f"{PAIR}.age[{{number}}]",
+        source=ages,
+        target=old,
+        within=Lifespan(writer, reader),
+        begins="the age of a message of {publisher} for {subscriber} (topic {topic}) begins",
+        runs="a message of {publisher} for {subscriber} (topic {topic}) is younger than its lifespan",
+        ends="the lifespan of a message of {publisher} for {subscriber} (topic {topic}) ends",
+    )
+
+
+class D10Order(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """It takes the first clock that is free."""
+
+    channel = Node(sym.TopicChannel)
+    writer = Node(sym.PublisherPort, channel=channel)
+    reader = Node(sym.SubscriberPort, channel=channel)
+    number = Index(upto=AgesAtOnce(writer, reader))
+    clock = Made(D10Clock.clock, of=[writer, reader, number])
+    lower = Index(upto=less(number, 1))
+    before = Made(D10Clock.clock, of=[writer, reader, lower])
+
+    waits = read(before.busy, clock.begin)
+
+
+class D10Open(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """Where there are no clocks for ages, a message may go at any time."""
+
+    channel = Node(sym.TopicChannel)
+    writer = Node(sym.PublisherPort, channel=channel)
+    reader = Node(sym.SubscriberPort, channel=channel)
+    written = Made(R2.queue, of=[writer, reader])
+    history = Made(R3.queue, of=reader)
+
+    expire = transition(f"{PAIR}.expire", means=_expires())
+    arcs = [arc(history.load, expire), arc(expire, history.capacity)]
+
+    where = [HasLifespan(writer, reader), ~(AgesAtOnce(writer, reader) > 0)]
