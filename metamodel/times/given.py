@@ -144,12 +144,51 @@ def latency_between(writer: sym.PublisherPort, reader: sym.SubscriberPort) -> pn
     return default_times(writer).latency
 
 
-def latency_of_calls(client: sym.ClientPort) -> pn.TimeInterval | None:
+def latency_of_calls(client: sym.ClientPort | sym.ActionClientPort) -> pn.TimeInterval | None:
     """Return how long each request and each response of a client is on its way."""
     for each in (client, client.channel):
         if each is not None and each.latency is not None:
             return each.latency
     return default_times(client).latency
+
+
+def goals_taken_until(action: sym.ActionChannel, server: sym.NodeNet | None) -> float | None:
+    """Return how long it takes at most until a server takes a goal that is sent, if it can; None if open.
+
+    It is open with managed nodes, which may come and go meanwhile.
+
+    Parameters
+    ----------
+    action
+        The action.
+    server
+        The node of its server: while a model is flattened, the server's page has only copies.
+    """
+    found = [_taken_until(client, server, server) for client in action.clients]
+    known = [each for each in found if each is not None]
+    return max(known) if known and len(known) == len(found) else None
+
+
+def results_taken_until(client: sym.ActionClientPort, server: sym.NodeNet | None) -> float | None:
+    """Return how long it takes at most until a client takes a result that is sent; None if that is open."""
+    if client.channel is None or goals_taken_until(client.channel, server) is None:
+        return None
+    return _taken_until(client, node_net_of(client.goal), server)
+
+
+def _taken_until(
+    client: sym.ActionClientPort, node: sym.NodeNet | None, server: sym.NodeNet | None
+) -> float | None:
+    """Return the latency of a client and the reaction of a node; None if one of them is open."""
+    latency = latency_of_calls(client)
+    if latency is None or latency.latest is None or node is None:
+        return None
+    if any(each is None or each.lifecycle is not None for each in (node_net_of(client.goal), server)):
+        return None
+    if runs_callbacks(node):
+        return float(latency.latest)
+    reaction = reaction_of(node)
+    return None if reaction is None or reaction.latest is None else float(latency.latest + reaction.latest)
 
 
 def gives_up_in_time(client: sym.ClientPort) -> bool:

@@ -46,6 +46,7 @@ from dineros.transformations.rules.times import (
     time_outs,
     work,
 )
+from dineros.transformations.rules.times import goals as of_goals
 
 
 @dataclass(frozen=True)
@@ -179,7 +180,7 @@ FAMILIES = (
         "times",
         "Times of ROS 2: strikes, work, messages on their way, reactions, time-outs, orders",
         "",
-        (strikes, work, latencies, lifespans, reactions, time_outs, orders),
+        (strikes, work, latencies, lifespans, reactions, time_outs, orders, of_goals),
         "They run where the middleware is `ros2` and a question asks about time.",
     ),
     _family(

@@ -147,7 +147,7 @@ KNOWN = [
     # On their way longer than they live: nothing is ever taken.
     (Talk(10, (8, 8), 5, (1, 1), 7), Facts(0, False, True)),
     # The same work without lifespans fills any history.
-    (Talk(10, (0, 0), 2, (25, 25), 100), Facts(2, True, False)),
+    (Talk(10, (0, 0), 2, (25, 25), 40), Facts(2, True, False)),
 ]
 
 

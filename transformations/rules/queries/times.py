@@ -11,11 +11,13 @@ from dineros.metamodel.times.given import (
     default_times,
     duration_of,
     gives_up_in_time,
+    goals_taken_until,
     latency_between,
     latency_of_calls,
     lifespan_between,
     period_of,
     reaction_of,
+    results_taken_until,
     runs_at_once,
     waits,
 )
@@ -101,6 +103,31 @@ class GivenDuration(Query):
         return copied_interval(duration_of(page))
 
 
+class GoalDuration(Query):
+    """Duration of the work on a goal, from 0 on if it may be canceled; absent if it is not given."""
+
+    eclass = pn.TimeInterval
+    _words = "duration of {0}; from 0 on if goals of {1} may be canceled"
+
+    @staticmethod
+    def _answer(page: sym.CallbackPage, action: sym.ActionChannel) -> pn.TimeInterval | None:
+        found = copied_interval(duration_of(page))
+        if found is not None and action.server.cancel is not None:
+            found.earliest = 0.0
+        return found
+
+
+class WorksOnGoals(Query):
+    """Whether a callback works on the goals of an action."""
+
+    datatype = TRUTH
+    _words = "{} works on goals"
+
+    @staticmethod
+    def _answer(page: sym.CallbackPage) -> bool:
+        return bool(page.kind == sym.CallbackKind.goal)
+
+
 class HasDuration(Query):
     """Whether a callback has a duration, and does not wait."""
 
@@ -162,8 +189,12 @@ class RunsAtOnce(Query):
     """Maximum number of simultaneous runs of a callback."""
 
     datatype = WHOLE
-    _words = "runs of {} at once"
-    _answer = staticmethod(runs_overlapping)
+    _words = "runs of {} at once; 1 of a slot of an action"
+
+    @staticmethod
+    def _answer(page: sym.CallbackPage) -> int:
+        # Each slot has a copy of the page.
+        return 1 if page.kind == sym.CallbackKind.goal else runs_overlapping(page)
 
 
 class RunsOn(Query):
@@ -175,7 +206,7 @@ class RunsOn(Query):
     @staticmethod
     def _answer(place: pn.Place) -> int:
         page = callback_page_of(place)
-        return 1 if page is None else runs_at_once(page)
+        return 1 if page is None or page.kind == sym.CallbackKind.goal else runs_at_once(page)
 
 
 class Latency(Query):
@@ -257,6 +288,44 @@ class CallsOnTheWay(Query):
             return 0
         # Flattening has set the number of requests under way; a negative number means any number.
         return max(client.outstanding or 1, 0)
+
+
+class GoalsInTime(Query):
+    """Whether goals of an action, and requests to cancel them, are taken within a time."""
+
+    datatype = TRUTH
+    _words = "{1} takes goals of {0} within a time"
+
+    @staticmethod
+    def _answer(action: sym.ActionChannel, server: sym.NodeNet | None) -> bool:
+        return goals_taken_until(action, server) is not None
+
+
+class TakenUntil(Query):
+    """Maximum time until the server of an action takes a message that is sent to it."""
+
+    datatype = REAL
+    _words = "latest latency of {0} and reaction of {1}"
+    _answer = staticmethod(goals_taken_until)
+
+
+class ResultsInTime(Query):
+    """Whether a client of an action takes results within a time."""
+
+    datatype = TRUTH
+    _words = "results of {1} for {0} are taken within a time"
+
+    @staticmethod
+    def _answer(client: sym.ActionClientPort, server: sym.NodeNet | None) -> bool:
+        return results_taken_until(client, server) is not None
+
+
+class HeardUntil(Query):
+    """Maximum time until a client of an action takes a message that is sent to it."""
+
+    datatype = REAL
+    _words = "latest latency of {0} from {1}, and reaction"
+    _answer = staticmethod(results_taken_until)
 
 
 class GivesUpInTime(Query):

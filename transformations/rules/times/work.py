@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dineros.metamodel import pn, sym
-from dineros.transformations.language.creation import ForAll, New
+from dineros.transformations.language.creation import ForAll, New, image
 from dineros.transformations.language.functions import less
 from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Absent, Index, Made, Node
 from dineros.transformations.rules.actions.callbacks import E6Answer
+from dineros.transformations.rules.actions.ends import End
 from dineros.transformations.rules.actions.feedback import A5
+from dineros.transformations.rules.actions.goals import A2
+from dineros.transformations.rules.actions.slots import SlotCallback
 from dineros.transformations.rules.executors import E3, Beginning, E3Serve, E3Take, Ending
 from dineros.transformations.rules.notation import SHEET, arc, at_once, place, read, transition
 from dineros.transformations.rules.phases import Phase, StandardRule
@@ -16,6 +19,7 @@ from dineros.transformations.rules.queries.callbacks import Callback, Ends
 from dineros.transformations.rules.queries.times import (
     CallsOnTheWay,
     GivenDuration,
+    GoalDuration,
     HasDuration,
     HasInterval,
     Moves,
@@ -23,6 +27,7 @@ from dineros.transformations.rules.queries.times import (
     RunsCallbacks,
     Stretch,
     Waits,
+    WorksOnGoals,
 )
 from dineros.transformations.rules.services import S1, S2
 from dineros.transformations.rules.times.clocks import Clock
@@ -129,6 +134,63 @@ class D2Clock(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
         runs="{callback} is being executed",
         ends="the work of {callback} is done",
     )
+
+    where = [~WorksOnGoals(page)]
+
+
+class D2Accept(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """The work on a goal begins when it is accepted."""
+
+    served = SlotCallback()
+    begun = Made(D2.begun, of=served.callback)
+    accept = Made(A2.accept, of=[served.action, served.slot])
+
+    begins = arc(accept, begun)
+
+
+class D2Finish(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """The goal is over when the work is done."""
+
+    served = SlotCallback()
+    worked = Made(D2.worked, of=served.callback)
+    end = Made(End, of=[served.action, served.slot])
+
+    ends = arc(worked, end.move)
+
+
+class D2Goal(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """It has a clock; it may take less time where it may be canceled."""
+
+    served = SlotCallback()
+    begun = Made(D2.begun, of=served.callback)
+    worked = Made(D2.worked, of=served.callback)
+
+    clock = Clock(
+        "{callback.id}.work",
+        source=begun,
+        target=worked,
+        within=GoalDuration(served.callback, served.action),
+        begins="a thread works on {callback}",
+        runs="{callback} is worked on",
+        ends="the work of {callback} is done",
+    )
+
+
+class D2Stop(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """The work ends with the step that stops it, if that makes the goal canceled."""
+
+    served = SlotCallback()
+    stopped = Node(pn.Place, of=image(served.action.server.canceled, served.page))
+    worked = Made(D2.worked, of=served.callback)
+    clock = Made(D2Goal.clock, of=[served.action, served.slot])
+
+    stop = transition("{callback.id}.stop", means=Meaning("{callback} stops its work"), at_once=True)
+    arcs = [
+        arc(clock.busy, stop),
+        read(stopped, stop),
+        arc(stop, worked),
+        arc(stop, clock.free),
+    ]
 
 
 class D2Order(StandardRule, phase=Phase.timing, middleware="ros2", times=True):

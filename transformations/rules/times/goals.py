@@ -1,0 +1,118 @@
+"""Latencies of actions (rule D11): goals, refusals, requests to cancel, and results come within a time.
+
+A latency and the time until a node takes the message are one interval from 0 on, which begins again if no
+thread is free meanwhile. So each message may come when it comes in truth, and at other times: what is proved
+holds. Goals and results of clients that do not wait count in their histories while they are on their way.
+"""
+
+from __future__ import annotations
+
+from dineros.metamodel import pn, sym
+from dineros.transformations.language.creation import New
+from dineros.transformations.language.patterns import Index, Made, Node
+from dineros.transformations.rules.actions.ends import End
+from dineros.transformations.rules.actions.goals import A1, A2, Heard, Taken, Wish
+from dineros.transformations.rules.actions.slots import slots
+from dineros.transformations.rules.notation import at_once
+from dineros.transformations.rules.phases import Phase, StandardRule
+from dineros.transformations.rules.queries.times import (
+    GoalsInTime,
+    HasInterval,
+    HeardUntil,
+    ResultsInTime,
+    TakenUntil,
+)
+from dineros.transformations.rules.requests import Entrance
+from dineros.transformations.rules.services import Home
+
+
+class D11Send(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
+    """A client sends a goal as soon as it can."""
+
+    action = Node(sym.ActionChannel)
+    client = Node(sym.ActionClientPort, channel=action)
+    send = Made(A1.send, of=client)
+    move = Node(pn.Transition, of=send)
+
+    prompt = at_once(move)
+
+    where = [GoalsInTime(action, Home(action.server.entry)), ~HasInterval(move)]
+
+
+class D11Accept(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
+    """A server accepts one that is on its way within its latency, if a slot and a thread are free."""
+
+    action = Node(sym.ActionChannel)
+    client = Node(sym.ActionClientPort, channel=action)
+    slot = Index(upto=slots(action))
+    accept = Made(A2.accept, of=[client, slot])
+    move = Node(pn.Transition, of=accept)
+
+    within = New(pn.TimeInterval, into=move.interval, latest=TakenUntil(action, Home(action.server.entry)))
+
+    where = [GoalsInTime(action, Home(action.server.entry)), ~HasInterval(move)]
+
+
+class D11Taken(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
+    """So it refuses one, and takes a request to cancel."""
+
+    action = Node(sym.ActionChannel)
+    taken = Made(Taken, of=action)
+    move = Node(pn.Transition, of=taken.move)
+
+    within = New(pn.TimeInterval, into=move.interval, latest=TakenUntil(action, Home(action.server.entry)))
+
+    where = [GoalsInTime(action, Home(action.server.entry)), ~HasInterval(move)]
+
+
+class D11Wish(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
+    """A client sends a request to cancel as soon as it can."""
+
+    action = Node(sym.ActionChannel)
+    client = Node(sym.ActionClientPort, channel=action)
+    wish = Made(Wish, of=client)
+    move = Node(pn.Transition, of=wish.move)
+
+    prompt = at_once(move)
+
+    where = [GoalsInTime(action, Home(action.server.entry)), ~HasInterval(move)]
+
+
+class D11End(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
+    """A goal is over when what works on it says so."""
+
+    action = Node(sym.ActionChannel)
+    end = Made(End, of=action)
+    move = Node(pn.Transition, of=end.move)
+
+    prompt = at_once(move)
+
+    where = [GoalsInTime(action, Home(action.server.entry)), ~HasInterval(move)]
+
+
+class D11Enter(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
+    """Goals, answers and results are in their histories at once; the latency is that of taking them."""
+
+    action = Node(sym.ActionChannel)
+    client = Node(sym.ActionClientPort, channel=action)
+    queue = Made(Entrance, of=client)
+    enter = Node(pn.Transition, of=queue.enter)
+    drop = Node(pn.Transition, of=queue.drop)
+
+    enters = at_once(enter)
+    drops = at_once(drop)
+
+    where = [GoalsInTime(action, Home(action.server.entry)), ResultsInTime(client, Home(action.server.entry))]
+
+
+class D11Heard(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
+    """A client takes what is on its way to it within the latency, if a thread is free."""
+
+    action = Node(sym.ActionChannel)
+    client = Node(sym.ActionClientPort, channel=action)
+    heard = Made(Heard, of=client)
+    move = Node(pn.Transition, of=heard.move)
+
+    within = New(pn.TimeInterval, into=move.interval, latest=HeardUntil(client, Home(action.server.entry)))
+
+    where = [ResultsInTime(client, Home(action.server.entry)), ~HasInterval(move)]
