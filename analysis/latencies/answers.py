@@ -185,6 +185,8 @@ class Latencies:
         self._is_exact = not any(_is_widened(page) for page in callback_pages(model)) and all(
             len(service.clients) <= 1 for service in channels(model, sym.ServiceChannel)
         )
+        # Latencies of actions begin again when a thread is not free (rule D11).
+        self._is_exact &= not channels(model, sym.ActionChannel)
 
     @property
     def model(self) -> sym.SystemModel:

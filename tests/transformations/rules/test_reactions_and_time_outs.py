@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from dineros.analysis.logic.language.bounded import read_bounded
+from dineros.analysis.timed.durations.bounded_response import decide_bounded
 from dineros.analysis.timed.exploring import Explored
 from dineros.analysis.timed.linear_time import verify_timed_ltl
 from dineros.analysis.timed.timed_subject import timed_base_subject
@@ -115,3 +117,29 @@ def test_a_transition_keeps_its_own_interval_and_one_with_a_handler_that_takes_t
     net = timed_base_subject(model).timed
     intervals = dict(zip(net.untimed.transitions, map(str, net.intervals), strict=True))
     assert intervals == {"Slow": "[1,2]", "Handled": "[0,w["}
+
+
+@pytest.mark.parametrize(("reaction", "latency"), [((0, 2), (0, 1)), ((1, 1), (2, 3))])
+def test_an_engine_takes_a_request_within_its_reaction(
+    reaction: tuple[float, float], latency: tuple[float, float]
+) -> None:
+    """Twice the latency; the server takes and answers, and the client takes, each within a reaction."""
+    model = sym.SystemModel(id="asking", middleware="ros2")
+    server, client = node_net(model, "server"), node_net(model, "client")
+    server.reaction = client.reaction = None
+    model.times = sym.DefaultTimes(reaction=seconds(*reaction), latency=seconds(*latency))
+    page = callback(server, "Serve", "server")
+    entry, out = place(page, "in"), place(page, "out")
+    step(page, "Answer", [entry], [out])
+    ask, got = place(client, "Ask"), place(client, "Got")
+    step(client, "Begin", [place(client, "Start", 1)], [ask])
+    service = sym.ServiceChannel(id="Serving", service="/serve", model=model)
+    service.server = sym.ServerPort(page=page, entry=entry, exit=out)
+    service.clients.append(sym.ClientPort(client="client", request=ask, response=got))
+    assert [each for each in validate(model) if each.severity == "error"] == []
+    most = 2 * latency[1] + 3 * reaction[1]
+    net = timed_base_subject(model).timed
+    for bound, expected in ((most, "holds"), (most - 1, "violated")):
+        formula = read_bounded(f"G (fired(Begin) -> F[<={bound}] (Got >= 1))")
+        assert formula is not None
+        assert decide_bounded(net, formula).status == expected
