@@ -154,5 +154,5 @@ def _cut(net: TimedNet, inside: set[int], own: set[int], guests: set[int]) -> Ti
         ArcTable.from_rows(post),
         ArcTable.from_rows(inhibitor),
     )
-    tables = [ArcTable.from_rows(rows) for rows in (take, put, test)]
-    return TimedNet(untimed, tables[0], tables[1], tables[2], tuple(intervals), tuple(() for _ in intervals))
+    made = [ArcTable.from_rows(rows) for rows in (take, put, test)]
+    return TimedNet(untimed, made[0], made[1], made[2], tuple(intervals), tuple(() for _ in intervals))

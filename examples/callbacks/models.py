@@ -155,6 +155,16 @@ def sensor(mended: bool = False) -> sym.SystemModel:
     return model
 
 
+def sensor_timed() -> sym.SystemModel:
+    """Return the sensor and its mapper with times, in seconds: nothing is lost, and data is new."""
+    model = sensor()
+    times = {"OnTimer.duration": 0.001, "OnScan.duration": 0.002, "Scans.latency": 0.001}
+    for name, latest in times.items():
+        apply(model, f"{name}.latest={latest}")
+    model.properties.append(sym.Property(id="ScansAreNew", text="OnTimer to OnScan within 0.005"))
+    return model
+
+
 def topic(model: sym.SystemModel, name: str, source: sym.Place, sink: sym.Place) -> None:
     """Join two places by a topic that keeps five messages at either end."""
     sym.TopicChannel(
@@ -181,6 +191,7 @@ MODELS: dict[str, Callable[[], sym.SystemModel]] = {
     "planner": planner,
     "sensor": sensor,
     "sensor_mended": partial(sensor, mended=True),
+    "sensor_timed": sensor_timed,
 }
 
 

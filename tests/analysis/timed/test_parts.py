@@ -6,6 +6,7 @@ from random import Random
 
 import pytest
 
+from dineros.analysis.answers.budget import Budget
 from dineros.analysis.logic.language.bounded import read_bounded
 from dineros.analysis.logic.language.names import NetNames
 from dineros.analysis.nets.compiled import Transition
@@ -153,8 +154,8 @@ def test_an_engine_asks_a_part_if_the_whole_net_is_too_large(monkeypatch: pytest
     net = loop()
     names = NetNames(net.untimed)
     question = Linear(net.untimed, names, "G (fired(strike) -> F[<=3] fired(wind))", (), ())
-    answer = Timed(net).answer(question, engines.Budget(seconds=60))
+    answer = Timed(net).answer(question, Budget(seconds=60))
     assert answer.status == "holds"
     assert answer.by.endswith(IN_PART)
-    firing = Timed(net).answer(Enabled(net.untimed, names, "strike"), engines.Budget(seconds=60))
+    firing = Timed(net).answer(Enabled(net.untimed, names, "strike"), Budget(seconds=60))
     assert firing.status == "reachable"

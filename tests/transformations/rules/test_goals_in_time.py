@@ -178,7 +178,7 @@ def facts_of(drive: Drive) -> tuple[int, int, int]:
         if not must:
             after.append(
                 State(
-                    *(tuple(age + 1 for age in one.goals), one.waiting),  # type: ignore[arg-type]
+                    *(tuple(age + 1 for age in one.goals), one.waiting),
                     tuple(sorted((age + 1 for age in one.works), reverse=True)),
                     tuple(age + 1 for age in one.results),
                     one.clock + 1,
