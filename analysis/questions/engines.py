@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from dineros.analysis.explicit import Order
     from dineros.analysis.symbolic.order_cache import OrderCache
     from dineros.analysis.timed.nets import TimedNet
-    from dineros.analysis.timed.parts import Part
+    from dineros.analysis.timed.reductions.parts import NetPart
 
 
 @dataclass(frozen=True)
@@ -258,11 +258,11 @@ class Timed(Engine):
             return plain
         return self._of_classes(question, budget)
 
-    def _part(self, question: Question) -> Part | None:
+    def _part(self, question: Question) -> NetPart | None:
         """Return the part of the net that decides; None if there is none, or it is nearly the net."""
         from dineros.analysis.logic.language.bounded import read_bounded
         from dineros.analysis.logic.language.parser import parse
-        from dineros.analysis.timed.parts import part_of_firing, part_of_formula
+        from dineros.analysis.timed.reductions.parts import part_of_firing, part_of_formula
 
         match question:
             case Enabled(_, names, name):

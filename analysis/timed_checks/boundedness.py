@@ -8,7 +8,7 @@ from dineros.analysis.checks.boundedness import Boundedness, Places
 from dineros.analysis.checks.question import Checked, Question
 from dineros.analysis.covering.firings import Firings
 from dineros.analysis.timed.exploring import Explored, explore_timed, fire_far_away
-from dineros.analysis.timed.parts import part_of_firing
+from dineros.analysis.timed.reductions.parts import part_of_firing
 from dineros.analysis.timed_checks.timed_checked import TimedChecked, with_times
 from dineros.analysis.timed_checks.timed_walks import walk_in_time, walk_towards
 from dineros.analysis.timed_checks.without_times import WithoutTimes, time_goes_on, without_times

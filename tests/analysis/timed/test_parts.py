@@ -11,11 +11,11 @@ from dineros.analysis.logic.language.bounded import read_bounded
 from dineros.analysis.logic.language.names import NetNames
 from dineros.analysis.nets.compiled import Transition
 from dineros.analysis.questions.engines import IN_PART, Enabled, Linear, Timed
-from dineros.analysis.timed import parts
 from dineros.analysis.timed.durations.bounded_response import decide_bounded
 from dineros.analysis.timed.goals import find_timed_firing
 from dineros.analysis.timed.nets import Interval, TimedNet
-from dineros.analysis.timed.parts import part_around, part_of_firing, part_of_formula
+from dineros.analysis.timed.reductions import parts
+from dineros.analysis.timed.reductions.parts import part_around, part_of_firing, part_of_formula
 from tests.analysis.timed.time_nets import lively_net
 
 

@@ -29,7 +29,7 @@ MOST = 0.7
 
 
 @dataclass(frozen=True)
-class Part:
+class NetPart:
     """A part of a net.
 
     Attributes
@@ -44,7 +44,7 @@ class Part:
     own: frozenset[int]
 
 
-def part_of_formula(net: TimedNet, formula: Formula, names: Names) -> Part | None:
+def part_of_formula(net: TimedNet, formula: Formula, names: Names) -> NetPart | None:
     """Return the part that decides about a formula; None if that is nearly the net, or not known.
 
     Firings that touch nothing in the part are left out. So conditions on firings are followed only where such
@@ -71,12 +71,12 @@ def part_of_formula(net: TimedNet, formula: Formula, names: Names) -> Part | Non
     return part_around(net, places)
 
 
-def part_of_firing(net: TimedNet, transition: int) -> Part | None:
+def part_of_firing(net: TimedNet, transition: int) -> NetPart | None:
     """Return the part that decides whether a transition ever fires; None if that is nearly the net."""
     return part_around(net, _tested(net, transition))
 
 
-def part_around(net: TimedNet, places: Iterable[int]) -> Part | None:
+def part_around(net: TimedNet, places: Iterable[int]) -> NetPart | None:
     """Return the smallest part with some places.
 
     None if it has nearly all transitions, no place, or if priorities decide what fires.
@@ -89,7 +89,7 @@ def part_around(net: TimedNet, places: Iterable[int]) -> Part | None:
     guests = {t for t in every if t not in own and any(place in inside for place, _ in net.take.row(t))}
     if len(own) + len(guests) > MOST * len(every):
         return None
-    return Part(_cut(net, inside, own, guests), frozenset(own))
+    return NetPart(_cut(net, inside, own, guests), frozenset(own))
 
 
 def _closed(net: TimedNet, places: Iterable[int]) -> set[int]:
