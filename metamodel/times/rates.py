@@ -29,7 +29,8 @@ from dineros.metamodel.times.given import (
     runs_at_once,
     waits,
 )
-from dineros.metamodel.times.runs import most_put, only_put_by
+from dineros.metamodel.times.once import once, unchanged
+from dineros.metamodel.times.runs import most_put, only_put_by, ports_at, stand_for
 
 MOST_ON_THE_WAY = 64
 """Messages between two ports, each with a clock of its own."""
@@ -89,7 +90,8 @@ def ages_at_once(writer: sym.PublisherPort, reader: sym.SubscriberPort) -> int:
         return 0
     if any(other is not writer and are_matched(other, reader) for other in others):
         return 0
-    found = _publications(writer, seconds_of(span.latest), frozenset())
+    with unchanged():
+        found = _publications(writer, seconds_of(span.latest), frozenset())
     if found is None:
         return 0
     if found > MOST_ON_THE_WAY:
