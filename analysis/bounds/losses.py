@@ -7,7 +7,7 @@ from dineros.analysis.model.queues import queues
 from dineros.analysis.model.subject import Subject
 from dineros.analysis.model.wording import source_of
 from dineros.metamodel import sym
-from dineros.metamodel.times.given import has_lifespans, says_times
+from dineros.metamodel.times.given import says_times, with_lifespans
 from dineros.transformations.rules.histories import R2, R3
 
 
@@ -20,7 +20,7 @@ def never_lost(subject: Subject) -> set[str]:
     model = subject.model
     if not isinstance(model, sym.SystemModel) or model.middleware != sym.Middleware.ros2:
         return set()
-    if not says_times(model) or has_lifespans(model):
+    if not says_times(model) or with_lifespans(model):
         return set()
     bounds = Bounds(model)
     found: set[str] = set()

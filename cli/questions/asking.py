@@ -168,13 +168,15 @@ class Asking:
         return replace(answer, reason=run.reason(answer.reason))
 
     def look_at_assumptions(self, subject: Subject, answer: Outcome) -> None:
-        """Store the assumptions of an answer on simultaneous goals, and on clients that share a service."""
+        """Store the assumptions of an answer: on simultaneous goals, shared services, and lifespans."""
+        from dineros.analysis.model.lifespans import unexpired
         from dineros.analysis.model.shared_responses import shared_responses
         from dineros.analysis.questions.held_back import held_back
 
         if answer.status != "unknown":
             goals = [each.assumption for each in held_back(subject, search().budget().begun())]
-            self.assumes = [*goals, *shared_responses(subject.model)]
+            fresh = [] if self.timed else unexpired(subject.model)
+            self.assumes = [*goals, *shared_responses(subject.model), *fresh]
 
     def tell(
         self,

@@ -64,9 +64,13 @@ def _times(model: sym.SystemModel) -> Iterator[pn.TimeInterval | float]:
                 yield found
 
 
-def has_lifespans(model: sym.SystemModel) -> bool:
-    """Tell whether messages of a topic are removed when they are too old."""
-    return _with_lifespan(model) is not None
+def with_lifespans(model: sym.SystemModel) -> list[sym.TopicChannel]:
+    """Return the topics whose messages are removed when they are too old."""
+    return [
+        channel
+        for channel in channels(model, sym.TopicChannel)
+        if any(quality_of(port).lifespan is not None for port in (*channel.publishers, *channel.subscribers))
+    ]
 
 
 def require_known(model: sym.SystemModel) -> None:
@@ -77,20 +81,12 @@ def require_known(model: sym.SystemModel) -> None:
     DinerosError
         A topic or a port has a lifespan.
     """
-    channel = _with_lifespan(model)
-    if channel is not None:
+    for channel in with_lifespans(model):
         raise DinerosError(
             f"topic {channel.topic} has a lifespan, which latencies do not follow yet",
             element=channel.id,
             hint="ask check --time, or take the lifespan away",
         )
-
-
-def _with_lifespan(model: sym.SystemModel) -> sym.TopicChannel | None:
-    for channel in channels(model, sym.TopicChannel):
-        if any(quality_of(port).lifespan is not None for port in (*channel.publishers, *channel.subscribers)):
-            return channel
-    return None
 
 
 def lifespan_between(writer: sym.PublisherPort, reader: sym.SubscriberPort) -> pn.TimeInterval | None:
