@@ -13,6 +13,7 @@ place/transition net systems*, Lectures on Petri Nets I, LNCS 1491, 1998.
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
@@ -44,17 +45,16 @@ def place_bounds(net: CompiledNet, flows: Iterable[PlaceInvariant] = ()) -> list
         Semiflows already known.
     """
     bounds: list[Bound | None] = [None] * len(net.places)
-    producers: list[list[int]] = [[] for _ in net.places]
-    for t, change in enumerate(net.delta):
-        for p, tokens in change.items():
-            if tokens > 0:
-                producers[p].append(t)
+    producers = producers_of(net)
     for flow in flows:
         _use(net, bounds, flow.weights)
+    for place, putting in enumerate(producers):
+        if bounds[place] is None and not putting:
+            _use(net, bounds, {place: 1})
     weightings = {tuple(b.weights.items()): b.weights for b in bounds if b is not None and b.value > 1}
     unknown = [place for place, bound in enumerate(bounds) if bound is None]
     if unknown:
-        _bound_by_programs(net, unknown, bounds, weightings)
+        _bound_by_programs(net, unknown, bounds, weightings, producers)
     for weights in weightings.values():
         for place in weights:
             known = bounds[place]
@@ -68,6 +68,7 @@ def _bound_by_programs(
     unknown: list[int],
     bounds: list[Bound | None],
     weightings: dict[tuple[tuple[int, int], ...], dict[int, int]],
+    producers: Sequence[Sequence[int]],
 ) -> None:
     """Bound places by linear programs; each weighting found is used for all places that it bounds."""
     program, sought = LinearProgram(net.delta, len(net.places)), 0
@@ -77,6 +78,11 @@ def _bound_by_programs(
         if weights is not None:
             _use(net, bounds, weights)
             weightings[tuple(weights.items())] = weights
+            if set(weights.values()) == {1}:
+                # What may follow in place of these tokens has the same bound, and needs no program.
+                more = dict.fromkeys(sorted(grown(net, weights, producers)), 1)
+                if len(more) > len(weights):
+                    _use(net, bounds, more)
 
     for place in unknown:
         if bounds[place] is None:
@@ -140,8 +146,51 @@ def grows(net: CompiledNet, weights: dict[int, int]) -> bool:
     return any(sum(weights.get(p, 0) * tokens for p, tokens in net.delta[t].items()) > 0 for t in changing)
 
 
+def producers_of(net: CompiledNet) -> list[list[int]]:
+    """Return, by place, the transitions that put more tokens there than they take."""
+    producers: list[list[int]] = [[] for _ in net.places]
+    for transition, change in enumerate(net.delta):
+        for place, tokens in change.items():
+            if tokens > 0:
+                producers[place].append(transition)
+    return producers
+
+
+def grown(net: CompiledNet, places: Iterable[int], producers: Sequence[Sequence[int]]) -> set[int]:
+    """Add unmarked places to a set whose tokens never become more, as long as they never become more.
+
+    Examples
+    --------
+    >>> net = CompiledNet.build({"a": 1, "b": 0, "c": 0},
+    ...     [("t", {"a": 1}, {"b": 1}), ("u", {"a": 1}, {"c": 1}), ("v", {"b": 1}, {})])
+    >>> grown(net, [0], producers_of(net))
+    {0, 1, 2}
+    """
+    group: set[int] = set()
+    loss: defaultdict[int, int] = defaultdict(int)  # by transition: tokens that it takes from the set
+    near: list[int] = []
+
+    def add(place: int) -> None:
+        group.add(place)
+        for transition in net.changing[place]:
+            change = net.delta[transition]
+            loss[transition] -= change[place]
+            if change[place] < 0:
+                near.extend(other for other, tokens in change.items() if tokens > 0)
+
+    for place in places:
+        add(place)
+    while near:
+        place = near.pop()
+        if place in group or net.initial[place]:
+            continue
+        if all(loss[transition] >= net.delta[transition][place] for transition in producers[place]):
+            add(place)
+    return group
+
+
 def _flowing_to(
-    net: CompiledNet, producers: list[list[int]], weights: dict[int, int], place: int
+    net: CompiledNet, producers: Sequence[Sequence[int]], weights: dict[int, int], place: int
 ) -> dict[int, int]:
     """The part of a weighting from which tokens can flow to `place`.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import prod
@@ -16,6 +16,7 @@ from dineros.analysis.symbolic.canonical import arranged
 from dineros.analysis.symbolic.counting import DiagramCounts, Weights
 from dineros.analysis.symbolic.level_order import OrderSearch
 from dineros.analysis.symbolic.levels import Encoding, LocalEvent, UnknownBoundError, encode
+from dineros.analysis.symbolic.merging import merged
 from dineros.analysis.symbolic.order_cache import OrderCache
 from dineros.analysis.symbolic.saturation import Diagram, DiagramMemoryError
 from dineros.analysis.symbolic.vector_sets import VectorSets
@@ -217,15 +218,21 @@ class SymbolicStateSpace:
 
     def event_masks(self, transition: int | None = None) -> list[dict[int, Sequence[bool]]]:
         """Markings that enable a transition, or any transition, as disjoint products (level -> flags)."""
-        flags: dict[tuple[int, ...], tuple[bool, ...]] = {}  # many events share their tables
-        masks: list[dict[int, Sequence[bool]]] = []
-        for event in self.encoding.events if transition is None else self._events_of.get(transition, ()):
+        if transition is None:
+            return self._masks_of_all
+        return _masks(event.tables for event in self._events_of.get(transition, ()))
+
+    @cached_property
+    def _masks_of_all(self) -> list[dict[int, Sequence[bool]]]:
+        # What an event changes does not matter here: events with different changes can be merged, too.
+        idle: dict[tuple[int, ...], tuple[int, ...]] = {}  # many events share their tables
+        tests: list[dict[int, tuple[int, ...]]] = []
+        for event in self.encoding.events:
             for table in event.tables.values():
-                if table not in flags:
-                    flags[table] = tuple(j >= 0 for j in table)
-            enabled = {k: flags[table] for k, table in event.tables.items()}
-            masks.append({k: each for k, each in enabled.items() if not all(each)})
-        return masks
+                if table not in idle:
+                    idle[table] = tuple(i if j >= 0 else -1 for i, j in enumerate(table))
+            tests.append({k: idle[table] for k, table in event.tables.items()})
+        return _masks(merged(tests))
 
     @cached_property
     def _events_of(self) -> dict[int, list[LocalEvent]]:
@@ -234,6 +241,19 @@ class SymbolicStateSpace:
         for event in self.encoding.events:
             found[event.transition].append(event)
         return found
+
+
+def _masks(events: Iterable[Mapping[int, tuple[int, ...]]]) -> list[dict[int, Sequence[bool]]]:
+    """Return where events are enabled; levels on which they always are have no flags."""
+    flags: dict[tuple[int, ...], tuple[bool, ...]] = {}
+    masks: list[dict[int, Sequence[bool]]] = []
+    for tables in events:
+        for table in tables.values():
+            if table not in flags:
+                flags[table] = tuple(j >= 0 for j in table)
+        enabled = {k: flags[table] for k, table in tables.items()}
+        masks.append({k: each for k, each in enabled.items() if not all(each)})
+    return masks
 
 
 def symbolic_state_space(

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from heapq import heapify, heappop, heappush
 from operator import add
 
 import numpy as np
@@ -22,6 +21,7 @@ from dineros.analysis.nets.state_machines import state_machines
 from dineros.analysis.nets.structure import PlaceInvariant, place_invariants, proportional_places
 from dineros.analysis.symbolic.boxes import LARGEST_PRODUCT, Box, BoxNet
 from dineros.analysis.symbolic.dropping import GuardedNet
+from dineros.analysis.symbolic.grouping import groups_of_bounds, groups_of_flows
 from dineros.metamodel.errors import BudgetError
 
 Int32Array = NDArray[np.int32]
@@ -158,11 +158,16 @@ def encode(
     exact = [*proportional_places(net), *place_invariants(net)] if flows is None else flows
     droppable = set(range(len(net.places))).difference(keep)
     guarded = GuardedNet(net, known)
+    for place in droppable:
+        if not net.changing[place]:
+            guarded.drop(PlaceInvariant.of(net, {place: 1}), place, 0)
     guarded.drop_determined((y for y in exact if len(y.weights) == 2), 0, droppable)
     if flows is None:
-        groups = state_machines(net, (p for p in guarded.kept if known[p] == 1))
+        groups = _by_bounds(net, guarded.kept, known, bounds, [])
+        groups += state_machines(net, _single(guarded.kept, known, groups))
     else:
-        groups = _groups(guarded.kept, [flow for flow in flows if flow.constant == 1])
+        groups = groups_of_flows(guarded.kept, [flow for flow in flows if flow.constant == 1])
+        groups += _by_bounds(net, guarded.kept, known, bounds, groups)
     alone = set(guarded.kept) - {place for group in groups for place in group}
     guarded.drop_determined(exact, LARGEST_GROWTH, alone & droppable)
     groups += [(place,) for place in guarded.kept if place in alone]
@@ -205,24 +210,22 @@ def _require_few_states(net: CompiledNet, bounds: Sequence[int], alone: Sequence
         )
 
 
-def _groups(kept: Iterable[int], flows: Sequence[PlaceInvariant]) -> list[tuple[int, ...]]:
-    """Return disjoint groups of kept places with at most one token together, largest first."""
-    free = set(kept)
-    groups: list[tuple[int, ...]] = []
-    # The free part of a flow only shrinks: a size that is still correct when it is reached is the largest.
-    sizes = [(-len(flow.weights), number) for number, flow in enumerate(flows)]
-    heapify(sizes)
-    while sizes:
-        size, number = heappop(sizes)
-        group = tuple(sorted(free & flows[number].weights.keys()))
-        if len(group) < 2:
-            continue
-        if -len(group) != size:
-            heappush(sizes, (-len(group), number))
-            continue
-        groups.append(group)
-        free.difference_update(group)
-    return groups
+def _by_bounds(
+    net: CompiledNet,
+    kept: Sequence[int],
+    values: Sequence[int],
+    bounds: Sequence[Bound | None],
+    groups: Sequence[tuple[int, ...]],
+) -> list[tuple[int, ...]]:
+    """Return further groups of kept places, by bounds."""
+    single = _single(kept, values, groups)
+    others = len(kept) - len(single) - sum(len(group) - 1 for group in groups)
+    return groups_of_bounds(net, single, bounds, others)
+
+
+def _single(kept: Iterable[int], bounds: Sequence[int], groups: Iterable[tuple[int, ...]]) -> list[int]:
+    """Return kept places with at most one token that belong to no group."""
+    return sorted({p for p in kept if bounds[p] == 1}.difference(*groups))
 
 
 def _level(net: CompiledNet, bounds: Sequence[int], group: tuple[int, ...]) -> Level:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from dineros.analysis.symbolic.kernels.relations import chain
 from dineros.analysis.symbolic.levels import Encoding
+from dineros.analysis.symbolic.merging import merged
 
 Int64Array = NDArray[np.int64]
 
@@ -40,13 +41,17 @@ class EventTables:
 
     @classmethod
     def of(cls, encoding: Encoding) -> EventTables:
-        """Flatten the events that change something; of equal events, one is kept."""
+        """Flatten the events that change something; equal and similar ones become one."""
+        changing = (
+            event.tables
+            for event in encoding.events
+            if not all(j in (-1, i) for table in event.tables.values() for i, j in enumerate(table))
+        )
+        distinct = {tuple(sorted(tables.items())): tables for tables in changing}
         number: dict[tuple[int, ...], int] = {}
         rows: dict[tuple[tuple[int, int], ...], None] = {}
-        for event in encoding.events:
-            if all(j in (-1, i) for table in event.tables.values() for i, j in enumerate(table)):
-                continue
-            steps = ((level, number.setdefault(table, len(number))) for level, table in event.tables.items())
+        for tables in merged(distinct.values()):
+            steps = ((level, number.setdefault(table, len(number))) for level, table in tables.items())
             rows[tuple(sorted(steps))] = None
         pairs = [_sweep(table) for table in number]
         flat_pairs = [pair for entries in pairs for pair in entries]

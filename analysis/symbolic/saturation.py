@@ -65,6 +65,8 @@ class Diagram:
         self.top = len(encoding.levels)
         self.memory = memory
         self.events = EventTables.of(encoding)
+        # Fewer events may be merged less, so a restriction may have more relations than all events.
+        self.most_relations = 2 + sum(len(event.tables) for event in encoding.events)
         self.control = np.zeros(store.CONTROL_SIZE, dtype=np.int64)
         # Untouched pages of the store cost nothing.
         words = min(max(int(memory * STORE_SHARE) // 4, SMALLEST_STORE), 2**31 - 1)

@@ -328,7 +328,7 @@ class VectorSets:
         frame[top, machine.RELATION] = relation
         diagram.work[int(diagram.base[top]) :] = 0
         number = 1 + 4 * self._restriction + 2 * kind[0] + kind[1]
-        control[store.FIRED_KEY] = number * (diagram.relations.level.size + 1)  # restrictions have fewer
+        control[store.FIRED_KEY] = number * diagram.most_relations
         control[store.CLOSED_KEY] = FIRST_CLOSED_KEY - number
         control[store.STILL] = kind[1]
         control[store.STACK] = top

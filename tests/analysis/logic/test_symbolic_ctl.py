@@ -160,7 +160,7 @@ def test_a_firing_that_changes_nothing_is_a_step() -> None:
 
 def test_too_little_memory_is_unknown() -> None:
     net = subject_of(build(), "io-enabled").net
-    verdict = check_ctl(net, "AG !deadlock", budget=Budget(memory_bytes=1 << 16), engine="symbolic")
+    verdict = check_ctl(net, "AG !deadlock", budget=Budget(memory_bytes=1 << 15), engine="symbolic")
     assert verdict.status == "unknown"
     assert verdict.reason.startswith("memory")
 

@@ -1,0 +1,79 @@
+"""Places that share a level hold at most one token together."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+
+from dineros.analysis.nets.bounds import flows_and_bounds
+from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.symbolic import grouping
+from dineros.analysis.symbolic.engine import symbolic_state_space
+from dineros.analysis.symbolic.grouping import groups_of_bounds
+from dineros.analysis.symbolic.levels import encode
+from tests.analysis.reference_search import distances, reference_search
+from tests.analysis.strategies import SLOW, nets
+
+
+def readers(values: int, readers: int) -> CompiledNet:
+    """Each reader reads one of several values, and forgets it."""
+    places = {f"value{v}": 1 for v in range(values)}
+    transitions = []
+    for r in range(readers):
+        places[f"start{r}"] = 1
+        for v in range(values):
+            places[f"read{r}.{v}"] = 0
+            value = {f"value{v}": 1}
+            transitions.append((f"read{r}.{v}", {f"start{r}": 1, **value}, {f"read{r}.{v}": 1, **value}))
+            transitions.append((f"forget{r}.{v}", {f"read{r}.{v}": 1}, {}))
+    return CompiledNet.build(places, transitions)
+
+
+@given(nets(largest_weight=1))
+@SLOW
+def test_a_group_has_at_most_one_token(net: CompiledNet) -> None:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(grouping, "WORTH_GROUPING", 1.0)
+        _, bounds = net.once(flows_and_bounds)
+        groups = groups_of_bounds(net, (p for p, b in enumerate(bounds) if b and b.value == 1), bounds)
+        assert len({place for group in groups for place in group}) == sum(map(len, groups))
+        for marking in distances(net):
+            assert all(sum(marking[place] for place in group) <= 1 for group in groups)
+        expected = reference_search(net, 2_000)
+        if groups and expected is not None and all(bounds):
+            space = symbolic_state_space(net)
+            assert (space.markings, space.arcs(), space.deadlocks()) == expected[:3]
+            assert space.largest_place() == expected.largest_place
+
+
+@pytest.mark.parametrize("most", [2, 3, 64])
+def test_values_that_are_read_and_forgotten(most: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(grouping, "MOST_TOGETHER", most)
+    monkeypatch.setattr(grouping, "WORTH_GROUPING", 1.0)
+    net = readers(4, 3)
+    assert len(encode(net).levels) == 3 * -(-5 // most)
+    expected = reference_search(net)
+    assert expected is not None
+    space = symbolic_state_space(net)
+    assert (space.markings, space.arcs(), space.deadlocks()) == expected[:3] == (216, 3 * 8 * 36, 1)
+    assert space.largest_place() == expected.largest_place
+    assert space.largest_total() == expected.largest_total
+
+
+def test_many_values_need_few_levels() -> None:
+    space = symbolic_state_space(readers(300, 3))
+    assert space.markings == 302**3
+    assert len(space.order) == 15
+
+
+def test_places_that_never_change_have_no_level() -> None:
+    net = CompiledNet.build({"a": 1, "b": 0, "key": 2}, [("t", {"a": 1, "key": 2}, {"b": 1, "key": 2})])
+    space = symbolic_state_space(net)
+    assert "key" not in {place for level in space.order for place in level}
+    assert (space.markings, space.largest_place(), space.largest_total()) == (2, (1, 1, 2), 3)
+    assert space.satisfying({"key": (2, None)}) == 2
+    assert space.satisfying({"key": (0, 1)}) == 0
+    locked = CompiledNet.build({"a": 1, "b": 0, "key": 1}, [("t", {"a": 1, "key": 2}, {"b": 1, "key": 2})])
+    assert symbolic_state_space(locked).markings == 1
+    still = symbolic_state_space(CompiledNet.build({"key": 2}, [("t", {"key": 1}, {"key": 1})]))
+    assert (still.markings, still.arcs(), still.deadlocks(), still.largest_total()) == (1, 1, 0, 2)
