@@ -1,0 +1,27 @@
+"""Coloured nets with published counts: read as PNML, unfolded, and counted."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from dineros.analysis.nets.models import compile_net
+from dineros.analysis.questions.state_space import state_space
+from dineros.metamodel.files.pnml import read_pnml
+from tests.support.references.coloured import Coloured
+from tests.support.references.published_nets import peterson, repeated_requests, safe_bus
+
+
+@pytest.mark.parametrize(
+    ("coloured", "states"),
+    [(repeated_requests(2), 7_424), (peterson(2), 20_754), (safe_bus(3), 4_650)],
+    ids=["CSRepetitions-02", "Peterson-2", "SafeBus-03"],
+)
+@pytest.mark.parametrize("engine", ["symbolic", "explicit"])
+def test_states_of_the_literature(tmp_path: Path, coloured: Coloured, states: int, engine: str) -> None:
+    file = tmp_path / "net.pnml"
+    file.write_text(coloured.pnml(), encoding="utf-8")
+    space = state_space(compile_net(read_pnml(file)), engine=engine)  # type: ignore[arg-type]
+    assert space.complete
+    assert space.states == states
