@@ -1,4 +1,4 @@
-"""Coloured nets of the literature whose state spaces have published counts, written down from what they mean."""
+"""Coloured nets of the literature with published counts of states, written down from what they mean."""
 
 from __future__ import annotations
 
