@@ -6,7 +6,7 @@ values that a program may read next, until it has read one. Their weightings bou
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Sequence, Set
 from heapq import heapify, heappop, heappush
 
 from dineros.analysis.nets.bounds import Bound, grown, producers_of
@@ -43,7 +43,9 @@ def groups_of_flows(kept: Iterable[int], flows: Sequence[PlaceInvariant]) -> lis
 def groups_of_bounds(
     net: CompiledNet, places: Iterable[int], bounds: Sequence[Bound | None], others: int = 0
 ) -> list[tuple[int, ...]]:
-    """Return disjoint groups of some places by the weightings that bound them, if they make far fewer levels.
+    """Return disjoint groups of some places that lose their token, if they make far fewer levels.
+
+    They are found by the weightings that bound places.
 
     Parameters
     ----------
@@ -73,8 +75,20 @@ def groups_of_bounds(
             continue
         if sum(int(net.initial[p]) for p in bound.weights) > 1:
             continue
-        group = tuple(sorted(grown(net, bound.weights, producers) & free))
+        whole = grown(net, bound.weights, producers)
+        if not _loses(net, whole):
+            continue
+        group = tuple(sorted(whole & free))
         if len(group) > 1:
             groups += (group[at : at + MOST_TOGETHER] for at in range(0, len(group), MOST_TOGETHER))
             free.difference_update(group)
     return groups if len(groups) + len(free) + others <= most else []
+
+
+def _loses(net: CompiledNet, places: Set[int]) -> bool:
+    """Return whether some transition takes more tokens from a set of places than it puts there."""
+    changing = {transition for place in places for transition in net.changing[place]}
+    return any(
+        sum(tokens for place, tokens in net.delta[transition].items() if place in places) < 0
+        for transition in changing
+    )

@@ -7,6 +7,7 @@ them. `Scope` pins them.
 from __future__ import annotations
 
 import time
+from collections import defaultdict
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import replace
@@ -158,11 +159,24 @@ class VectorSets:
         return below[0] if known is None else known
 
     def without_boxes(self, states: int, boxes: Sequence[Masks]) -> int:
-        """Return the set without the boxes, all removed in one walk (see `open_boxes`)."""
-        if states == 0 or not boxes:
-            return states
+        """Return the set without the boxes.
+
+        Boxes of one level are removed first, then those of two levels, and so on: what small boxes leave is
+        often so small that many large ones together are no work. Those of one size are removed in one walk
+        (see `open_boxes`).
+        """
         if not all(boxes):
             return 0
+        by_size: defaultdict[int, list[Masks]] = defaultdict(list)
+        for box in boxes:
+            by_size[len(box)].append(box)
+        for size in sorted(by_size):
+            if states:
+                states = self._without(states, by_size[size])
+        return states
+
+    def _without(self, states: int, boxes: Sequence[Masks]) -> int:
+        """Return a set, which is not empty, without boxes, all removed in one walk."""
         diagram = self.diagram
         boxes_left = OpenBoxes(diagram, boxes)
         try:

@@ -6,11 +6,12 @@ from pathlib import Path
 
 import pytest
 
+from dineros.analysis.answers.budget import Budget
 from dineros.analysis.nets.models import compile_net
 from dineros.analysis.questions.state_space import state_space
 from dineros.metamodel.files.pnml import read_pnml
 from tests.support.references.coloured import Coloured
-from tests.support.references.published_nets import peterson, repeated_requests, safe_bus
+from tests.support.references.published_nets import peterson, repeated_requests, safe_bus, shared_memory
 
 
 @pytest.mark.parametrize(
@@ -25,3 +26,11 @@ def test_states_of_the_literature(tmp_path: Path, coloured: Coloured, states: in
     space = state_space(compile_net(read_pnml(file)), engine=engine)  # type: ignore[arg-type]
     assert space.complete
     assert space.states == states
+
+
+def test_deadlocks_are_counted_where_few_small_tests_decide(tmp_path: Path) -> None:
+    """What lets one processor go on is looked at before all pairs of a processor and a memory."""
+    file = tmp_path / "net.pnml"
+    file.write_text(shared_memory(20).pnml(), encoding="utf-8")
+    space = state_space(compile_net(read_pnml(file)), engine="symbolic", budget=Budget(seconds=60))
+    assert (space.states, space.arcs, space.deadlocks) == (445_146_141_861, 9_197_362_408_860, 0)

@@ -215,3 +215,43 @@ def safe_bus(stations: int) -> Coloured:
         net.takes += [(place, transition, term) for place, term in takes]
         net.puts += [(place, transition, term) for place, term in puts]
     return net
+
+
+def shared_memory(processors: int) -> Coloured:
+    """Processors with a memory each; one at a time uses the memory of another one, over a bus."""
+    p, m, use = _v("p"), _v("m"), _t(_v("p"), _v("m"))
+    net = Coloured(
+        sorts={
+            "Processor": ("listed", tuple(map(str, range(processors)))),
+            "Use": ("product", ("Processor", "Processor")),
+            "Dot": ("dot",),
+        },
+        variables={"p": "Processor", "m": "Processor"},
+        places={
+            "Active": ("Processor", ("all", "Processor")),
+            "Memories": ("Processor", ("all", "Processor")),
+            "Bus": ("Dot", DOT),
+            "AtHome": ("Processor", None),
+            "Queue": ("Processor", None),
+            "Abroad": ("Use", None),
+        },
+        conditions={
+            **dict.fromkeys(("stay", "goHome", "leave", "comeBack")),
+            "begin": ("inequality", p, m),
+        },
+    )
+    net.takes = [
+        ("Active", "stay", p),
+        *[("AtHome", "goHome", p), ("Memories", "goHome", p)],
+        ("Active", "leave", p),
+        *[("Queue", "begin", p), ("Memories", "begin", m), ("Bus", "begin", DOT)],
+        ("Abroad", "comeBack", use),
+    ]
+    net.puts = [
+        ("AtHome", "stay", p),
+        *[("Active", "goHome", p), ("Memories", "goHome", p)],
+        ("Queue", "leave", p),
+        ("Abroad", "begin", use),
+        *[("Active", "comeBack", p), ("Memories", "comeBack", m), ("Bus", "comeBack", DOT)],
+    ]
+    return net
