@@ -209,13 +209,11 @@ class Places(Question):
         if isinstance(checked.model, sym.SystemModel):
             return
         if checked.firings is None:
-            from dineros.analysis.symbolic.places import is_stable
-
             initial, largest = checked.subject.net.initial.tolist(), checked.space.largest_place()
             crowded = [p for p, most in enumerate(largest) if most > 1]
             still = [p for p, most in enumerate(largest) if most == initial[p]]
             self._say(checked, self.NOT_ONE_SAFE, crowded)
-            self._say(checked, self.STABLE, [p for p in still if is_stable(checked.space, p)])
+            self._say(checked, self.STABLE, [p for p in still if checked.space.is_stable(p)])
             return
         from dineros.analysis.portfolio.answering import answer_properties
         from dineros.analysis.properties.property import Property

@@ -23,7 +23,6 @@ from dineros.analysis.properties.behaviour import TooMuchWorkError, behaviour
 from dineros.analysis.properties.part_of_graph import PartOfGraph
 from dineros.analysis.properties.predicates import Flags, MarkingMatrix, enabled
 from dineros.analysis.symbolic.engine import SymbolicStateSpace
-from dineros.analysis.symbolic.places import is_stable
 
 Decide = Callable[[str, bool, str], None]
 
@@ -185,7 +184,7 @@ class GlobalQuestions:
                 others = np.flatnonzero(~self.fired).tolist()
                 self.tell("QuasiLiveness", all(space.enabled(names[t]) > 0 for t in others), "symbolic")
             if self.is_open("StableMarking"):
-                stable = (p for p in np.flatnonzero(self.stable).tolist() if is_stable(space, p))
+                stable = (p for p in np.flatnonzero(self.stable).tolist() if space.is_stable(p))
                 self.tell("StableMarking", next(stable, None) is not None, "symbolic")
             if self.is_open("Liveness"):
                 self.tell("Liveness", not behaviour(space, told(budget)).not_live, "symbolic")

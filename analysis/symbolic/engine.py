@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import prod
@@ -16,7 +16,7 @@ from dineros.analysis.symbolic.canonical import arranged
 from dineros.analysis.symbolic.counting import DiagramCounts, Weights
 from dineros.analysis.symbolic.level_order import OrderSearch
 from dineros.analysis.symbolic.levels import Encoding, LocalEvent, UnknownBoundError, encode
-from dineros.analysis.symbolic.merging import merged
+from dineros.analysis.symbolic.merging import masks_of, masks_of_tests
 from dineros.analysis.symbolic.order_cache import OrderCache
 from dineros.analysis.symbolic.saturation import Diagram, DiagramMemoryError
 from dineros.analysis.symbolic.vector_sets import VectorSets
@@ -156,6 +156,14 @@ class SymbolicStateSpace:
                 answer[place] = rule.constant + self.counts.largest(weights)
         return tuple(answer)
 
+    def is_stable(self, place: int) -> bool:
+        """Return whether a place (by number) holds the same number of tokens in all markings."""
+        most: list[int] = []
+        for sign in (1, -1):
+            weights, constant = self.weights_of({place: sign})
+            most.append(constant + self.counts.largest(weights))
+        return most[0] == -most[1]
+
     def largest_total(self) -> int:
         """Largest number of tokens of a reachable marking."""
         weights, constant = self.weights_of(dict.fromkeys(range(len(self.net.places)), 1))
@@ -220,19 +228,11 @@ class SymbolicStateSpace:
         """Markings that enable a transition, or any transition, as disjoint products (level -> flags)."""
         if transition is None:
             return self._masks_of_all
-        return _masks(event.tables for event in self._events_of.get(transition, ()))
+        return masks_of(event.tables for event in self._events_of.get(transition, ()))
 
     @cached_property
     def _masks_of_all(self) -> list[dict[int, Sequence[bool]]]:
-        # What an event changes does not matter here: events with different changes can be merged, too.
-        idle: dict[tuple[int, ...], tuple[int, ...]] = {}  # many events share their tables
-        tests: list[dict[int, tuple[int, ...]]] = []
-        for event in self.encoding.events:
-            for table in event.tables.values():
-                if table not in idle:
-                    idle[table] = tuple(i if j >= 0 else -1 for i, j in enumerate(table))
-            tests.append({k: idle[table] for k, table in event.tables.items()})
-        return _masks(merged(tests))
+        return masks_of_tests(event.tables for event in self.encoding.events)
 
     @cached_property
     def _events_of(self) -> dict[int, list[LocalEvent]]:
@@ -241,19 +241,6 @@ class SymbolicStateSpace:
         for event in self.encoding.events:
             found[event.transition].append(event)
         return found
-
-
-def _masks(events: Iterable[Mapping[int, tuple[int, ...]]]) -> list[dict[int, Sequence[bool]]]:
-    """Return where events are enabled; levels on which they always are have no flags."""
-    flags: dict[tuple[int, ...], tuple[bool, ...]] = {}
-    masks: list[dict[int, Sequence[bool]]] = []
-    for tables in events:
-        for table in tables.values():
-            if table not in flags:
-                flags[table] = tuple(j >= 0 for j in table)
-        enabled = {k: flags[table] for k, table in tables.items()}
-        masks.append({k: each for k, each in enabled.items() if not all(each)})
-    return masks
 
 
 def symbolic_state_space(

@@ -30,6 +30,34 @@ def merged(events: Iterable[Mapping[int, Table]]) -> list[dict[int, Table]]:
     return _Merging(events).events()
 
 
+def masks_of(events: Iterable[Mapping[int, Table]]) -> list[dict[int, Sequence[bool]]]:
+    """Return where events are enabled; levels on which they always are have no flags."""
+    flags: dict[Table, tuple[bool, ...]] = {}
+    masks: list[dict[int, Sequence[bool]]] = []
+    for tables in events:
+        for table in tables.values():
+            if table not in flags:
+                flags[table] = tuple(j >= 0 for j in table)
+        enabled = {k: flags[table] for k, table in tables.items()}
+        masks.append({k: each for k, each in enabled.items() if not all(each)})
+    return masks
+
+
+def masks_of_tests(events: Iterable[Mapping[int, Table]]) -> list[dict[int, Sequence[bool]]]:
+    """Return where events are enabled, each marking as often as there are such events, in few products.
+
+    What an event changes does not matter there: events with different changes can be merged, too.
+    """
+    idle: dict[Table, Table] = {}  # many events share their tables
+    tests: list[dict[int, Table]] = []
+    for event in events:
+        for table in event.values():
+            if table not in idle:
+                idle[table] = tuple(i if j >= 0 else -1 for i, j in enumerate(table))
+        tests.append({level: idle[table] for level, table in event.items()})
+    return masks_of(merged(tests))
+
+
 class _Merging:
     def __init__(self, events: Iterable[Mapping[int, Table]]) -> None:
         self._tables: list[Table] = []
