@@ -5,9 +5,9 @@ results of its accepted goals again.
 
 A cancel request is for the oldest accepted goal that the client has not asked to cancel yet. If all goals are
 being canceled, or no goal is under way, the request is dropped. While a goal waits for the answer of the
-server, the cancel request waits too; if two requests wait, one of them is dropped. A client with only one
-goal under way drops the requests that are left before it takes the outcome of that goal, and before it sends
-the next goal (rule A8).
+server, the cancel request waits too. If more requests wait than goals are under way, one of them is dropped:
+before the client takes the outcome of a goal, which has none then, and before it sends the next goal (rule
+A8).
 """
 
 from __future__ import annotations
@@ -104,10 +104,13 @@ class ActionClient:
         self._departure = traffic.add_departure(self.goal, self.send, port)
         if self._cancel is not None:
             self._cancel_departure = traffic.add_departure(self._cancel, self.send_cancel)
-        self._second = None
-        if self._cancel is not None and port.outstanding == 1:
-            self._second = traffic.engine.add_departure(self._cancel, least=2)
-            traffic.senders[self._second] = self.lose_cancel
+        self._surplus = None
+        if self._cancel is not None:
+            self._surplus = traffic.engine.add_departure(self._cancel, least=2)
+            traffic.senders[self._surplus] = self.lose_cancel
+        self._capacity = None if self._cancel is None else traffic.engine.structure.capacities[self._cancel]
+        self._limit = self._capacity
+        """The most cancel requests that may wait now."""
         self._is_cancel_held = True  # the engine initially holds all departures
         self._waiting: deque[FeedbackArrived] = deque()
         self._last: deque[GoalUnderWay] = deque(maxlen=max(1, port.outstanding))
@@ -123,9 +126,10 @@ class ActionClient:
         for goal in list(self.goals.values()):
             self._send(goal)
             if goal.is_canceled:
-                self._traffic.joined.cancel_goal(self.port, goal.message.id)
-        if self._second is not None:
-            engine.unhold(self._second)
+                action_transport(self._traffic.joined).cancel_goal(self.port, goal.message.id)
+        if self._surplus is not None:
+            engine.unhold(self._surplus)
+        self._make_room()
         self._look_at_cancels()
 
     def send(self) -> None:
@@ -137,7 +141,7 @@ class ActionClient:
             The transport failed; the token stays on its place.
         """
         traffic, port, place = self._traffic, self.port, self.goal
-        self._cancel_first()
+        self._cancel_first(len(self.goals))
         token = traffic.engine.oldest(place)
         goal = GoalUnderWay(Message(goal_id(traffic.next_id(port.goal)), token.data))
         try:
@@ -150,6 +154,7 @@ class ActionClient:
         if len(self.goals) == port.outstanding:
             traffic.engine.hold(self._departure)
         self._emit("goal", goal.message.id, place=port.goal, token=token.id, change={port.goal: -1})
+        self._make_room()
         self._look_at_cancels()
 
     def send_cancel(self) -> None:
@@ -176,7 +181,7 @@ class ActionClient:
         self._look_at_cancels()
 
     def lose_cancel(self) -> None:
-        """Drop a cancel request: another one waits already, or there is no goal for it."""
+        """Drop a cancel request: more of them wait than goals are under way."""
         self._cancel_leaves(None)
 
     def _cancel_leaves(self, goal: str | None) -> None:
@@ -184,11 +189,22 @@ class ActionClient:
         place, token = self.port.cancel, self._traffic.engine.take(self._cancel)
         self._emit("cancel", goal, place=place, token=token.id, change={place: -1})
 
-    def _cancel_first(self) -> None:
-        """Spend all cancel requests before the only goal under way ends, or before the next goal is sent."""
-        if self._cancel is not None and self.port.outstanding == 1:
-            while self._traffic.engine.count(self._cancel):
+    def _cancel_first(self, goals: int) -> None:
+        """Spend cancel requests until no more than a number of goals are left."""
+        if self._cancel is not None:
+            while self._traffic.engine.count(self._cancel) > goals:
                 self.send_cancel()
+
+    def _make_room(self) -> None:
+        """Let as many cancel requests wait as goals are under way, and those of one firing (rule A8)."""
+        if self._cancel is None or self._surplus is None:
+            return
+        goals, engine = len(self.goals), self._traffic.engine
+        engine.set_least(self._surplus, self._cancel, max(2, goals + 1))
+        if self.port.outstanding > 1 and self._capacity is not None and self._limit is not None:
+            limit = min(self._capacity, goals + engine.structure.most_put_at_once(self._cancel))
+            engine.change_room(self._cancel, limit - self._limit)
+            self._limit = limit
 
     def _cancelable(self) -> GoalUnderWay | None:
         goals = (g for g in self.goals.values() if g.is_accepted and g.ended is None)
@@ -281,7 +297,7 @@ class ActionClient:
 
     def _refused(self, goal: GoalUnderWay) -> None:
         goal.timer.cancel()
-        self._cancel_first()
+        self._cancel_first(len(self.goals) - 1)
         place = self._rejected
         if place is not None and not self._traffic.engine.has_room(place):
             return
@@ -293,7 +309,7 @@ class ActionClient:
         assert goal.ended is not None
         if not goal.is_accepted:
             return  # the token for the acceptance waits for room
-        self._cancel_first()
+        self._cancel_first(len(self.goals) - 1)
         outcome, data = goal.ended
         place = self._outcomes.get(outcome)
         if place is not None and not self._traffic.engine.has_room(place):
@@ -325,6 +341,7 @@ class ActionClient:
             self._traffic.engine.unhold(self._departure)
         del self.goals[goal.message.id]
         self._last.append(goal)
+        self._make_room()
         self._look_at_cancels()
 
     def _hear(self, event: FeedbackArrived) -> None:

@@ -74,7 +74,8 @@ def capacities_of(
                 bounds += [max(1, place.tokens, needs[number])] if place in heard else []
         bounds += [1] if place in canceled else []
         if place in recalls:
-            bounds.append(1 + max(1, place.tokens if isinstance(place, pn.Place) else 0, puts[number]))
+            initial = place.tokens if isinstance(place, pn.Place) else 0
+            bounds.append(recalls[place] + max(1, initial, puts[number]))
         if not bounds and place in told:
             bounds.append(max(1, place.tokens if isinstance(place, pn.Place) else 0, puts[number]))
         found.append(min((bound for bound in bounds if bound is not None), default=None))
@@ -192,7 +193,7 @@ def _ends_of_goals(model: rtm.RuntimeModel) -> tuple[set[pn.Node], set[pn.Node],
     )
 
 
-def _requests_to_cancel(model: rtm.RuntimeModel) -> set[pn.Node]:
-    """Return the cancel-request places of clients that have at most one goal under way."""
+def _requests_to_cancel(model: rtm.RuntimeModel) -> dict[pn.Node, int]:
+    """Return the cancel-request places of clients, and the most goals that each client has under way."""
     ports = [port for _, port in ports_in(model) if isinstance(port, rtm.ActionClientPort)]
-    return {port.cancel for port in ports if port.cancel is not None and port.outstanding == 1}
+    return {port.cancel: max(1, port.outstanding) for port in ports if port.cancel is not None}

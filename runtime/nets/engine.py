@@ -521,6 +521,14 @@ class Engine:
         """
         return self._enabling.add_departure(place, least)
 
+    def set_least(self, departure: int, place: int, least: int) -> None:
+        """Change the number of tokens with which a departure is due."""
+        self._enabling.set_need(departure, place, least)
+
+    def change_room(self, place: int, more: int) -> None:
+        """Change the room of a place with a capacity by a number of tokens."""
+        self._enabling.change_room(place, more)
+
     def _remove(self, place: int, tokens: Sequence[Token]) -> None:
         queue = self._tokens[place]
         for token in tokens:

@@ -106,6 +106,11 @@ class Structure:
     types: tuple[TokenType, ...]
     ports: Ports
 
+    def most_put_at_once(self, place: int) -> int:
+        """Return the most tokens that one firing, or the start, puts on a place; at least 1."""
+        puts = (weight for arcs in self.outputs for each, weight in arcs if each == place)
+        return max(1, len(self.initial[place]), *puts)
+
 
 _MARGIN = 0.001
 """Maximum distance, in seconds, that a run keeps from an excluded bound."""

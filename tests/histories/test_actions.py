@@ -55,6 +55,23 @@ def test_figures(name: str, overflow: OverflowVariant) -> None:
     assert counts[0].arcs == expected[1]
 
 
+@pytest.mark.parametrize(("outstanding", "cancels", "states"), [(2, 1, 1128), (2, 3, 2000), (3, 2, 2000)])
+def test_requests_to_cancel_of_a_client_of_several_goals(outstanding: int, cancels: int, states: int) -> None:
+    """Regretted at any time: some find a goal, and others are more than the goals under way."""
+    model = deliveries(1, 2, goals=outstanding + 1, cancels=cancels)
+    (channel,) = model.channels
+    assert isinstance(channel, sym.ActionChannel)
+    channel.clients[0].outstanding = outstanding
+    regret = find(model, "Regret0", pn.Transition)
+    (ordered,) = (arc for arc in arcs(model) if arc.target is regret and arc.source.id == "Ordered0")
+    assert ordered.page is not None
+    ordered.page.arcs.remove(ordered)
+    ordered.source = ordered.target = None
+    net = plain_net_of(flatten(model, "none").net)
+    found = compare(net, ExecutorInterpreter(model), states)
+    assert found.difference == ""
+
+
 @pytest.mark.parametrize(
     ("rare", "full"),
     [

@@ -28,7 +28,7 @@ from dineros.transformations.rules import (
     timers,
 )
 from dineros.transformations.rules.actions import goals, slots
-from dineros.transformations.rules.clients import answers, living
+from dineros.transformations.rules.clients import answers, cancels, living
 from dineros.transformations.rules.clients import goals as many_goals
 from dineros.transformations.rules.notation import Bound, History, OverflowQueue
 from dineros.transformations.rules.times import latencies, orders, strikes, time_outs
@@ -92,10 +92,17 @@ def _queues(engine: Engine) -> Iterator[_Sum]:
 
 
 def _bounds(engine: Engine) -> Iterator[_Sum]:
-    for _, bound in engine.groups(Bound):
+    for application, bound in engine.groups(Bound):
         place, free = bound["place"], bound["free"]
         assert isinstance(place, pn.Place) and isinstance(free, pn.Place)
-        yield _Sum(f"{place.id} + {free.id}", place.tokens + free.tokens, [(place, 1), (free, 1)])
+        name, value, terms = f"{place.id} + {free.id}", place.tokens + free.tokens, [place, free]
+        if application.rule is cancels.A8MoreRoom:  # each goal under way makes room
+            client = next(each for each in application.sources if isinstance(each, sym.ActionClientPort))
+            (sent,) = engine.applications_of(goals.A1, [client])
+            ready = sent.made["ready"]
+            assert isinstance(ready, pn.Place)
+            name, value, terms = f"{name} + {ready.id}", value + ready.tokens, [*terms, ready]
+        yield _Sum(name, value, [(each, 1) for each in terms])
 
 
 def _instances(engine: Engine) -> Iterator[_Sum]:

@@ -159,7 +159,8 @@ FAMILIES = (
         "",
         (slots, goals, ends, feedback, publishing, cancels, acceptances),
         "They run under every middleware, after those of services; A6 runs before all others, A5-room, "
-        "A5-first, A5-hand, A8-room, A8-answer and A8-send with those about capacities.",
+        "A5-first, A5-hand, A8-room, A8-answer, A8-send, those of A8-more but A8-more itself, and A8-any "
+        "with those about capacities.",
     ),
     _family(
         "clients",

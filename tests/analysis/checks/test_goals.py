@@ -321,10 +321,36 @@ def test_a_request_to_cancel_is_gone_with_its_goal(waits: bool) -> None:
     assert bool(unbounded) is not waits
 
 
+@pytest.mark.parametrize("outstanding", [1, 2])
+def test_requests_to_cancel_without_a_goal_never_pile_up(outstanding: int) -> None:
+    """A client asks at any time, and any number of times."""
+    model = deliveries(1, 2, goals=outstanding + 1)
+    office, recall = find(model, "office0", sym.NodeNet), find(model, "Recall0", sym.Place)
+    step(office, "Insist", [], [recall])
+    (port,) = channel_of(model).clients
+    port.outstanding = outstanding
+    report = check(model, questions=[Boundedness()])
+    assert of_rule(report, "unbounded") == [] and report.unknown == []
+    assert [each for each in report.proved if each.startswith("the net is bounded")]
+
+
+def test_requests_to_cancel_of_a_client_that_does_not_wait_never_pile_up() -> None:
+    model, port = hasty()
+    node = find(model, "hasty", sym.NodeNet)
+    port.cancel = place(node, "Hasty.regrets")
+    step(node, "Insist", [], [port.cancel])
+    report = check(model, questions=[Boundedness()])
+    assert of_rule(report, "unbounded") == [] and report.unknown == []
+
+
+@pytest.mark.parametrize("outstanding", [1, 2])
 @pytest.mark.parametrize("together", [True, False])
-def test_a_request_to_cancel_never_meets_a_goal_that_is_sent_after_it(together: bool) -> None:
+def test_a_request_to_cancel_never_meets_a_goal_that_is_sent_after_it(
+    together: bool, outstanding: int
+) -> None:
     """It is gone before, also where the goal comes from the same firing."""
     model = deliveries()
+    channel_of(model).clients[0].outstanding = outstanding
     office = find(model, "office0", sym.NodeNet)
     wanted, recall, goal = (find(model, f"{id}0", pn.Place) for id in ("Wanted", "Recall", "Send"))
     find(model, "Doubt0", pn.Place).tokens = 0

@@ -12,6 +12,7 @@ from dineros.analysis.conformance import Verdict, conform
 from dineros.analysis.conformance.monitor import Monitor
 from dineros.metamodel import sym
 from dineros.metamodel.build import callback, node_net, place, step
+from dineros.metamodel.elements import find
 from dineros.metamodel.records import Header, Record, decode_record, encode_fields
 from dineros.runtime.application.simulation import LocalApplication
 from dineros.runtime.journal.recording import ListRecorder
@@ -76,6 +77,25 @@ def test_several_goals_of_a_client_conform() -> None:
         channel(model).clients[0].outstanding = 3
         verdict = judged(model, recorded(model, seed))
         assert verdict.status == "conforms", (seed, verdict.violations, verdict.unknown)
+
+
+@pytest.mark.parametrize(("slots", "outstanding"), [(1, 2), (2, 2), (3, 3)])
+def test_requests_to_cancel_at_any_time_conform(slots: int, outstanding: int) -> None:
+    """More of them than goals under way: some find none."""
+    without = 0
+    for seed in range(3):
+        model = deliveries(clients=1, slots=slots, goals=5, cancels=8)
+        channel(model).clients[0].outstanding = outstanding
+        regret = find(model, "Regret0", sym.Transition)
+        (ordered,) = (arc for arc in regret.incoming if arc.source.id == "Ordered0")
+        assert ordered.page is not None
+        ordered.page.arcs.remove(ordered)
+        ordered.source = ordered.target = None
+        run = recorded(model, seed)
+        without += sum(record["event"] == "cancel" and record["message"] is None for record in run["office0"])
+        verdict = judged(model, run)
+        assert verdict.status == "conforms", (seed, verdict.violations, verdict.unknown)
+    assert without
 
 
 def test_a_server_that_refuses_requests_to_cancel_conforms() -> None:

@@ -341,6 +341,30 @@ def test_a_request_to_cancel_waits_until_the_goal_is_accepted() -> None:
     assert bench.recorded("cancel", "tooLate") == ["cancel", "tooLate"]
 
 
+def test_no_more_requests_to_cancel_wait_than_goals_are_under_way() -> None:
+    """A third one of two goals is gone at once; those of a refused goal are gone before it is over."""
+    model = deliveries(goals=3, cancels=4)
+    (channel,) = model.channels
+    assert isinstance(channel, sym.ActionChannel)
+    channel.clients[0].outstanding = 2
+    regret = find(model, "Regret0", sym.Transition)
+    (ordered,) = (arc for arc in regret.incoming if arc.source.id == "Ordered0")
+    assert ordered.page is not None
+    ordered.page.arcs.remove(ordered)
+    ordered.source = ordered.target = None
+    bench = Bench(next(part for part in split(model) if part.node.id == "office0"))
+    bench.fire("Order0")
+    first, second = (what[1] for what in bench.wire.sent if what[0] == "goal")
+    bench.fire("Regret0")
+    assert bench.recorded("cancel") == ["cancel", "cancel"] and bench.marked["Recall0"] == 2
+    bench.tell(goals.GoalAnswered(first, False))
+    assert bench.marked["Recall0"] == 1
+    assert [what for what, *_ in bench.wire.sent] == ["goal", "goal", "goal"]
+    bench.tell(goals.GoalAnswered(second, True))
+    assert bench.wire.sent[-1] == ("cancel", second)
+    assert "Recall0" not in bench.marked
+
+
 def test_a_request_to_cancel_that_comes_with_its_goal_is_gone_before_the_goal_is_sent() -> None:
     """Both come from one firing: the client has no goal under way that it could mean."""
     model = deliveries(feedback=True)

@@ -5,7 +5,9 @@ may send another one. A request to cancel names its goal: it leaves the client o
 goal of that client, and either the server hears it, or the goal is over first and the request is gone; so it
 is where the goal is over, and the client has not heard of that. What asks for nothing that could be canceled
 is gone at once. A client of one goal takes no answer and sends no goal while it has such a request; of two,
-one is gone. A goal that is to be canceled may end in any way, others are not canceled; whether the work has
+one is gone. A client of several goals may have one request for each of them: one more is gone, before the
+client sends a goal, and those of a goal that is over before it takes the answer. A client that does not wait
+hands each request over at once. A goal that is to be canceled may end in any way, others are not canceled; whether the work has
 taken note of the request or not, none of it is left over for the next goal of the slot. Feedback of a goal is
 told before the goal is over.
 
@@ -49,6 +51,8 @@ class ActionPlayer:
         self.is_piled = any(play.goals[client] == UNLIMITED for client in action.clients)
         self.comes: dict[tuple[int, str], int] = {}
         """Where the results of a client are at first, by the number of the client and the outcome."""
+        self.ready: dict[sym.ActionClientPort, int] = {}
+        """How many goals a client may send besides those under way, where their number is limited."""
         self.kept: list[int] = []
         """Slots of the goals that wait, where a client does not wait."""
         self.ends: list[tuple[str, pn.Place]] = [
@@ -77,16 +81,25 @@ class ActionPlayer:
                 slot = play._place(client.goal, 0)
                 puts = (use.gives.get(slot, 0) for use in play._uses.values())
                 play._bound(slot, max(1, client.goal.tokens, *puts))
-            if client.cancel is not None and play.goals[client] == 1:
-                slot = play._place(client.cancel, 0)
-                puts = (use.gives.get(slot, 0) for use in play._uses.values())
-                play._bound(slot, 1 + max(1, client.cancel.tokens, *puts))
+            if client.cancel is not None:
+                self._bound_regrets(client, client.cancel)
             if client.feedback is None or server.feedback is None or client.feedback.capacity is not None:
                 continue
             slot = play._place(client.feedback, 0)
             if slot in play._requests or any(use.effect().get(slot, 0) < 0 for use in play._uses.values()):
                 needs = (use.needs.get(slot, 0) for use in play._uses.values())
                 play._bound(slot, max(1, client.feedback.tokens, *needs))
+
+    def _bound_regrets(self, client: sym.ActionClientPort, cancel: pn.Place) -> None:
+        """Let few requests to cancel wait: those of one firing, and of several goals one for each."""
+        play, goals = self.play, self.play.goals[client]
+        slot = play._place(cancel, 0)
+        most = max(1, cancel.tokens, *(use.gives.get(slot, 0) for use in play._uses.values()))
+        if goals <= 1:
+            play._bound(slot, most + (goals == 1))
+            return
+        ready = self.ready[client]
+        play.moving_bounds[slot] = lambda s: most + goals - s[ready]
 
     def _hear(self, number: int) -> None:
         """Let the server learn that a goal is to be canceled; one that cancels nothing says no."""
@@ -105,21 +118,26 @@ class ActionPlayer:
         at_once = play.goals[client]
         is_free = at_once == UNLIMITED
         ready = None if is_free else play._slot((action, count, "ready"), at_once)
+        if ready is not None:
+            self.ready[client] = ready
         takes, readies = ({}, {}) if ready is None else ({ready: -1}, {ready: 1})
         sent, refused = (play._slot((action, count, word)) for word in ("sent", "refused"))
         goal = play._place(client.goal, 0)
         play._requests.add(goal)
         regrets = None
-        if client.cancel is not None and at_once == 1:
+        if client.cancel is not None and not is_free:
             regrets = play._place(client.cancel, 0)
         come = self._arrive(prefix, count, sent, not is_free) if self.is_piled else sent
 
-        def at_rest(state: State) -> bool:
-            return regrets is None or state[regrets] == 0
+        def at_rest(state: State, over: int = 1) -> bool:
+            """Tell whether each request to cancel has a goal under way, without those that are over."""
+            if regrets is None or ready is None:
+                return True
+            return state[regrets] <= at_once - state[ready] - over
 
         play._happens(
             f"{prefix}.send",
-            lambda s: s[goal] > 0 and (ready is None or s[ready] > 0) and at_rest(s),
+            lambda s: s[goal] > 0 and (ready is None or s[ready] > 0) and at_rest(s, over=0),
             {goal: -1, come: 1, **takes},
         )
         answers: list[int] = []
@@ -290,6 +308,8 @@ class ActionPlayer:
         all_ready = play.goals[client]
         if all_ready == 1:
             play._happens(f"{prefix}.twice", lambda s: s[wish] > 1, {wish: -1})
+        elif ready is not None:
+            play._happens(f"{prefix}.more", lambda s: s[wish] > all_ready - s[ready], {wish: -1})
         play._happens(
             f"{prefix}.nothing",
             lambda s: s[wish] > 0 and (ready is None or s[ready] == all_ready),

@@ -84,6 +84,8 @@ class Interpreter:
         self.events: list[Event] = []
         self.bounds: dict[int, int] = {}
         """Slots that hold no more than so many."""
+        self.moving_bounds: dict[int, Callable[[State], int]] = {}
+        """Slots that hold no more than a number that depends on the state."""
         self.outstanding = outstanding_of(model)
         """How many requests each client has under way at most."""
         self.goals = goal_counts(model)
@@ -146,6 +148,10 @@ class Interpreter:
                 after[slot] <= self.bounds[slot]
                 for slot, tokens in event.effect.items()
                 if tokens > 0 and slot in self.bounds
+            ) and all(
+                after[slot] <= self.moving_bounds[slot](state)
+                for slot, tokens in event.effect.items()
+                if tokens > 0 and slot in self.moving_bounds
             ):
                 yield event.name, tuple(after)
 
