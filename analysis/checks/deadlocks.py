@@ -4,7 +4,8 @@ A transition *waits* in a dead marking where a token arrived at one of its input
 missing. A token that was there from the start, a free place of a queue, or an instance that nobody uses is at
 rest and waits for nothing. What is missing would be made by other transitions, which lack something in turn:
 where that leads to another transition that waits, the first one is a consequence. What is left, alone or in a
-circle, is the cause. Dead markings in which the same transitions wait for the same places are one group;
+circle, is the cause. What a node would do that was shut down waits for nothing: it ends with its node. Dead
+markings in which the same transitions wait for the same places are one group;
 server instances are alike.
 
 Where nothing waits, the application has come to rest. That is as it should be where the final condition of
@@ -19,6 +20,7 @@ from dataclasses import dataclass, replace
 
 from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
 from dineros.analysis.model.final_conditions import FinalCondition
+from dineros.analysis.model.resting import doers, not_final, shut_down_marks, unused_marks
 from dineros.analysis.model.subject import Subject
 from dineros.analysis.nets.graph_parts import strongly_connected_parts
 from dineros.analysis.nets.witness import replay
@@ -26,10 +28,7 @@ from dineros.analysis.symbolic.boxes import Box
 from dineros.analysis.symbolic.counting import DiagramCounts
 from dineros.analysis.symbolic.engine import SymbolicStateSpace
 from dineros.analysis.symbolic.vector_sets import Scope
-from dineros.metamodel import pn, sym
-from dineros.metamodel.callbacks.groups import callback_page_of
-from dineros.metamodel.calls import Served
-from dineros.metamodel.elements import node_net_of
+from dineros.metamodel import sym
 from dineros.metamodel.records import Drop
 
 #: Groups told apart, before server instances are taken to be alike; what is left beyond them is one more.
@@ -245,9 +244,17 @@ class _RestPlaces:
             {place for t in self.transitions for place, _ in net.pre.row(t) if place not in resting}
         )
         self._may_wait = set(self.waiting)
-        self._unused = _unused_mark(subject)
-        #: Places from which nothing takes tokens, and that are not final.
-        self.not_final = [place for place in _not_final(subject) if place not in self._may_wait]
+        self._excused = {t: [mark] for t, mark in unused_marks(subject).items()}
+        gone = shut_down_marks(subject)
+        for t, node in doers(subject).items():
+            if node in gone:
+                self._excused.setdefault(t, []).append(gone[node])
+        #: Places from which nothing takes tokens, and that are not final, until this place is marked.
+        self.not_final = {
+            place: gone.get(node) if node is not None else None
+            for place, node in not_final(subject).items()
+            if place not in self._may_wait
+        }
         self._makers: list[list[int]] = [[] for _ in net.places]
         self._takers: list[list[int]] = [[] for _ in net.places]
         for t in self.transitions:
@@ -257,7 +264,7 @@ class _RestPlaces:
     def causes(self, marking: Sequence[int]) -> tuple[Waiting, ...]:
         """Return what waits in a dead marking and is not consequence of something else that waits."""
         lacks = {t: self._waiting(t, marking) for t in self.transitions}
-        waiting = {t for t in self.transitions if lacks[t].arrived and not self._is_unused(t, marking)}
+        waiting = {t for t in self.transitions if lacks[t].arrived and not self.excuses(t, marking)}
         needs = {
             t: [maker for place in found.missing for maker in self._makers[place]]
             + [taker for place in found.blocking for taker in self._takers[place]]
@@ -274,7 +281,13 @@ class _RestPlaces:
 
     def unfinished(self, marking: Sequence[int], causes: Sequence[Waiting]) -> tuple[int, ...]:
         """Return the places with tokens that are not final, in a dead marking in which nothing waits."""
-        return () if causes else tuple(p for p in self.not_final if marking[p] > self.initial[p])
+        if causes:
+            return ()
+        return tuple(
+            place
+            for place, mark in self.not_final.items()
+            if marking[place] > self.initial[place] and not (mark is not None and marking[mark])
+        )
 
     def _waiting(self, transition: int, marking: Sequence[int]) -> Waiting:
         inputs = self.net.pre.row(transition)
@@ -289,9 +302,19 @@ class _RestPlaces:
     def _has_arrived(self, place: int, marking: Sequence[int]) -> bool:
         return place in self._may_wait and marking[place] > self.initial[place]
 
-    def _is_unused(self, transition: int, marking: Sequence[int]) -> bool:
-        mark = self._unused.get(transition)
-        return mark is not None and marking[mark] > 0
+    def excuses(self, transition: int, marking: Sequence[int]) -> list[int]:
+        """Return marked places that say why a transition waits for nothing: its instance or node rests."""
+        return [mark for mark in self._excused.get(transition, ()) if marking[mark] > 0]
+
+    def all_excuses(self, marking: Sequence[int]) -> set[int]:
+        """Return the marked places that excuse tokens: those of rest instances, and of nodes shut down."""
+        found = ((t, self.excuses(t, marking)) for t in self._excused)
+        marks = {mark for t, marks in found if marks and self._waiting(t, marking).arrived for mark in marks}
+        return marks | {
+            mark
+            for place, mark in self.not_final.items()
+            if mark is not None and marking[mark] and marking[place] > self.initial[place]
+        }
 
     def box(self, causes: Sequence[Waiting], marking: Sequence[int], bounds: Sequence[int]) -> Box:
         """Return what the markings of a group share: where tokens arrived, are missing and are in the way."""
@@ -313,47 +336,6 @@ class _RestPlaces:
         return box
 
 
-def _not_final(subject: Subject) -> list[int]:
-    """Return the places of the model that are not of the kind `end`, in nodes that have such places.
-
-    Where a callback ends, its page says; that is not a place of the node's own.
-    """
-    found: dict[sym.NodeNet | None, list[int]] = {}
-    ended: set[sym.NodeNet | None] = set()
-    for link in subject.links():
-        place = link.sources[0] if link.sources and link.meaning is None else None
-        if not isinstance(place, sym.Place) or not isinstance(link.target, pn.Place):
-            continue
-        if callback_page_of(place) is None:
-            node = node_net_of(place)
-            if place.kind == sym.PlaceKind.end:
-                ended.add(node)
-            else:
-                found.setdefault(node, []).append(subject.place_index[link.target.id])
-    return sorted(place for node in ended for place in found.get(node, ()))
-
-
-def _unused_mark(subject: Subject) -> dict[int, int]:
-    """Return, by transition of a server instance, the place that is marked while nobody uses the instance."""
-    pages: dict[object, tuple[str, int | None]] = {}
-    marks: dict[tuple[str, int | None], int] = {}
-    for link in subject.links():
-        if link.meaning is not None and link.meaning.part in ("inactive", "idle slot"):
-            channel = next(each for each in link.sources if isinstance(each, Served))
-            marks[channel.id, link.index] = subject.place_index[link.target.id]
-            pages.update(
-                ((part, link.index), (channel.id, link.index))
-                for part in channel.server.page.eAllContents()
-                if isinstance(part, sym.Transition)
-            )
-    return {
-        subject.transition_index[link.target.id]: marks[pages[source, link.index]]
-        for link in subject.links()
-        for source in link.sources  # a step of a callback with a duration has the page before it
-        if (source, link.index) in pages and isinstance(link.target, pn.Transition)
-    }
-
-
 def _without(
     space: SymbolicStateSpace,
     states: int,
@@ -373,6 +355,8 @@ def _without(
             if marking[place] <= places.initial[place] < bounds[place]
             for mask in encoding.masks({place: (places.initial[place] + 1, bounds[place])})
         ]
+        for mark in places.all_excuses(marking):
+            moved += encoding.masks({mark: (0, 0)})
     except ValueError:  # a guard on a determined place that is not a small number of boxes
         return 0
     rests = {place: (places.initial[place] + 1, bounds[place]) for place in places.unfinished(marking, ())}

@@ -12,12 +12,13 @@ from dineros.analysis.model.subject import Subject, base_subject
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.symbolic.engine import symbolic_state_space
 from dineros.metamodel import pn, sym
-from dineros.metamodel.build import flow
+from dineros.metamodel.build import callback, flow, place, step
 from dineros.metamodel.elements import find
 from dineros.metamodel.settings import apply
 from tests.analysis import classic_nets as classic
 from tests.analysis.reference_search import reachability_graph, reference_search
 from tests.analysis.strategies import nets
+from tests.support.ros2_systems.deserted_services import ask
 
 
 def groups_of(net: CompiledNet) -> list[DeadlockGroup]:
@@ -99,8 +100,8 @@ def finishing(*ends: str) -> sym.SystemModel:
     node = sym.NodeNet(id="node", objects=[begin, middle, done, broken, first, second, third])
     flow(begin, first, middle, second, done)
     flow(middle, third, broken)
-    for place in (done, broken):
-        place.kind = sym.PlaceKind.end if place.id in ends else sym.PlaceKind.ordinary
+    for each in (done, broken):
+        each.kind = sym.PlaceKind.end if each.id in ends else sym.PlaceKind.ordinary
     return sym.SystemModel(id="model", pages=[node])
 
 
@@ -175,6 +176,57 @@ def test_what_waits_is_not_finished() -> None:
     assert finding.severity == "warning"
 
 
+def shut_down(*, ends: bool = False) -> sym.SystemModel:
+    """Return a node that takes a message, and may be shut down before it has worked on it."""
+    model = sym.SystemModel(id="shut", middleware="ros2")
+    talker = sym.NodeNet(id="talker", net=model)
+    out = place(talker, "Out")
+    step(talker, "Say", [place(talker, "Pool", tokens=1)], [out])
+    node = sym.NodeNet(id="node", net=model, lifecycle=sym.Lifecycle(shutsDown=True))
+    page = callback(node, "OnMessage")
+    taken = place(page, "In")
+    step(page, "Use", [taken], [])
+    if ends:
+        place(node, "End").kind = sym.PlaceKind.end
+        step(node, "Work", [place(node, "Begin", tokens=1)], [place(node, "Between")])
+    model.channels.append(
+        sym.TopicChannel(
+            id="Topic",
+            topic="/topic",
+            publishers=[sym.PublisherPort(place=out, limit=1)],
+            subscribers=[sym.SubscriberPort(place=taken, limit=1)],
+        )
+    )
+    return model
+
+
+@pytest.mark.parametrize("ends", [False, True])
+def test_a_node_that_is_shut_down_waits_for_nothing(ends: bool) -> None:
+    """What it has in hand ends with it: no fault of the scenario, nor of places that are not final."""
+    assert [text for text in texts(shut_down(ends=ends)) if "nothing is left to do" not in text] == []
+
+
+def test_a_node_that_waits_beside_one_that_is_shut_down_is_stuck() -> None:
+    """Another node got a token and waits for an event that never comes."""
+    model = shut_down()
+    other = sym.NodeNet(id="other", net=model)
+    held = place(other, "Held")
+    step(other, "Get", [place(other, "Begin", tokens=1)], [held])
+    step(other, "Proceed", [held, place(other, "Event")], [])
+    found = [text for text in texts(model) if "nothing is left to do" not in text]
+    assert len(found) == 1 and "Proceed (waits for: Event)" in found[0] and "Use" not in found[0]
+    subject = base_subject(model)
+    dead = [after for after in reachability_graph(subject.net).succ.values() if not after]
+    groups = deadlock_groups(subject, symbolic_state_space(subject.net))
+    assert sum(group.markings for group in groups) == len(dead)
+
+
+def test_who_waits_for_a_node_that_is_shut_down_still_waits() -> None:
+    """A client of our engine asks again and again, and the server is gone forever."""
+    report = check(ask(sym.Lifecycle(shutsDown=True), ["engine"]))
+    assert any(each.rule == "deadlock" and each.severity == "warning" for each in report.findings)
+
+
 def test_nets_that_are_no_applications_have_no_final_places() -> None:
     model = pn.Net(id="net")
     page = pn.Page(id="page", net=model)
@@ -191,8 +243,8 @@ def test_a_finding_has_its_way_and_names_what_waits() -> None:
     assert finding.witness is not None
     net = base_subject(model).net
     marking = net.initial.tolist()
-    for step in finding.witness.steps:
-        marking = net.fire(net.transitions.index(step.transition), marking)
+    for each in finding.witness.steps:
+        marking = net.fire(net.transitions.index(each.transition), marking)
     assert not any(net.is_enabled(t, marking) for t in range(len(net.transitions)))
 
 

@@ -7,9 +7,9 @@ is where the goal is over, and the client has not heard of that. What asks for n
 is gone at once. A client of one goal takes no answer and sends no goal while it has such a request; of two,
 one is gone. A client of several goals may have one request for each of them: one more is gone, before the
 client sends a goal, and those of a goal that is over before it takes the answer. A client that does not wait
-hands each request over at once. A goal that is to be canceled may end in any way, others are not canceled; whether the work has
-taken note of the request or not, none of it is left over for the next goal of the slot. Feedback of a goal is
-told before the goal is over.
+hands each request over at once. A goal that is to be canceled may end in any way, others are not canceled;
+whether the work has taken note of the request or not, none of it is left over for the next goal of the slot.
+Feedback of a goal is told before the goal is over.
 
 A client that does not wait sends whatever is to be sent. Then each goal comes to a history of the action that
 keeps ten, whoever sent it, and is lost where that is full; so are results and answers for that client, where
