@@ -14,6 +14,9 @@ import click
 from dineros.cli.options import invocation
 from dineros.metamodel.errors import printable
 
+SEARCH = "dineros.search"
+"""Where the context of a command keeps its search."""
+
 SEVERITIES = {"error": "bold red", "warning": "yellow"}
 """Styles of findings."""
 
@@ -73,8 +76,15 @@ def note(text: str) -> None:
 
 @contextmanager
 def working(text: str) -> Iterator[None]:
-    """Show on stderr, if it is a terminal, that long work continues."""
-    if invocation().verbosity < 0 or invocation().is_watched or not sys.stderr.isatty():
+    """Show on stderr, where that is a terminal, that long work continues; it is a stage of a search."""
+    if invocation().is_watched:
+        context = click.get_current_context(silent=True)
+        search = None if context is None else context.meta.get(SEARCH)
+        if search is not None:
+            search.stage(text[:1].lower() + text[1:])
+        yield
+        return
+    if invocation().verbosity < 0 or not sys.stderr.isatty():
         yield
         return
     from rich.console import Console

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Self, TextIO
 import click
 
 from dineros.analysis.answers.budget import RAN_OUT
-from dineros.cli.console import warn
+from dineros.cli.console import SEARCH, warn
 from dineros.cli.options import invocation
 
 if TYPE_CHECKING:
@@ -37,7 +37,6 @@ FOLLOW_SECONDS = 5.0
 FOLLOW_AFTER = "DINEROS_FOLLOW_SECONDS"
 """Environment variable that changes this time, for programs that compare outputs."""
 
-_META = "dineros.search"
 _NO_STAGE = "the beginning"
 
 Pieces = list[tuple[bool, str]]
@@ -314,14 +313,14 @@ class _Stream(io.TextIOBase):
 
 
 def search() -> Search:
-    """Return the search of the running command."""
-    found: Search = click.get_current_context().meta[_META]
+    """Return the search of the command that runs."""
+    found: Search = click.get_current_context().meta[SEARCH]
     return found
 
 
 def use(one: Search) -> None:
-    """Set the search of the running command."""
-    click.get_current_context().meta[_META] = one
+    """Let this be the search of the command that runs."""
+    click.get_current_context().meta[SEARCH] = one
 
 
 @contextmanager

@@ -11,7 +11,7 @@ import re
 import signal
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext
 from types import FrameType
 from typing import Any
@@ -49,6 +49,8 @@ MARGIN = 0.02
 """Share of the memory that is reserved for allocations between two checks."""
 
 
+_LIMITS = "dineros.limits"
+
 _UNITS = {"k": 1 << 10, "m": 1 << 20, "g": 1 << 30}
 
 
@@ -79,13 +81,15 @@ class Memory(click.ParamType[int]):
 class SearchCommand(ExampleCommand):
     """A command that searches: it has `--timeout` and `--memory`, and obeys them."""
 
+    timeout_help = "End after this time, with the answers so far."
+
     def own_options(self) -> list[click.Option]:
         """Return `--timeout`, in seconds, `--memory`, in bytes, and the standard ones."""
         timeout = click.Option(
             ["--timeout"],
             type=click.FloatRange(min=0, min_open=True),
             metavar="SECONDS",
-            help="Stop after this time and print the answers found so far.",
+            help=self.timeout_help,
         )
         memory = click.Option(
             ["--memory"],
@@ -100,6 +104,9 @@ class SearchCommand(ExampleCommand):
         is_alone = invocation().is_alone
         began = time.monotonic() - (running_seconds() if is_alone else 0.0)
         limits = Limits(began, ctx.params.pop("timeout"), ctx.params.pop("memory"))
+        if self.serves(ctx.params):
+            ctx.meta[_LIMITS] = limits
+            return int(ExampleCommand.invoke(self, ctx) or 0)
 
         def work(search: Search) -> int:
             use(search)
@@ -114,10 +121,57 @@ class SearchCommand(ExampleCommand):
 
         return Watch(limits).run(work) if is_alone else _here(limits, work)
 
+    def serves(self, params: Mapping[str, Any]) -> bool:
+        """Return whether the command goes on until it is ended: then only what it reads has limits."""
+        return False
+
+
+class ReadingCommand(SearchCommand):
+    """A command that reads files: it ends, and writes nothing, where they ask for too much."""
+
+    timeout_help = "End after this time."
+
+
+class ServingCommand(ReadingCommand):
+    """A command that may serve a page: then it reads its files `within_limits`."""
+
+    timeout_help = "End after this time; a command that serves a page: if reading takes longer."
+
+    def serves(self, params: Mapping[str, Any]) -> bool:
+        """Return whether no file is written, so that a page is shown."""
+        return params.get("output") is None and params.get("follow", True)
+
+
+@contextmanager
+def within_limits() -> Iterator[None]:
+    """Keep the reading of a command that serves a page within its limits, in this process.
+
+    Raises
+    ------
+    BudgetError
+        Time or memory ran out.
+    """
+    limits: Limits | None = click.get_current_context().meta.get(_LIMITS)
+    if limits is None:  # another process watches over this one
+        yield
+        return
+    with watched_memory(memory_of_process(limits.memory), limits.left):
+        yield
+
 
 def search_command(*examples: str) -> Callable[[Callable[..., Any]], ExampleCommand]:
     """Register a function as the searching subcommand of its name; see `dineros.cli.options.command`."""
     return command(*examples, cls=SearchCommand)
+
+
+def reading_command(*examples: str) -> Callable[[Callable[..., Any]], ExampleCommand]:
+    """Make a function the subcommand of its name that reads files; see `dineros.cli.options.command`."""
+    return command(*examples, cls=ReadingCommand)
+
+
+def serving_command(*examples: str) -> Callable[[Callable[..., Any]], ExampleCommand]:
+    """Make a function the subcommand of its name that reads files, and may serve a page of them."""
+    return command(*examples, cls=ServingCommand)
 
 
 def _here(limits: Limits, work: Callable[[Search], int]) -> int:

@@ -2,10 +2,11 @@
 
 Ports that do not match get the quality of service that is asked for, and what is published while a subscriber
 is not there is kept for it. A clause that can never be true is left out. Where callbacks wait for each other,
-groups and threads are changed, the fewest first, until none of them waits any more; a server that never hears
-of requests to cancel gets another thread. A callback that waits forever gets what it waits for: a time-out of
-its call, or a transition that gives the token. A place that grows gets a capacity, or no tokens at all if
-nothing ever looks at it.
+groups and threads are changed, the fewest first, until none of them waits any more; where a few such changes
+are not enough, the calls of the circle get time-outs, so that its callbacks end. A server that never hears of
+requests to cancel gets another thread. A callback that waits forever gets what it waits for: a time-out of
+its call, or a transition that gives the token. A client whose request is lost with its server gets a
+time-out, too. A place that grows gets a capacity, or no tokens at all if nothing ever looks at it.
 """
 
 from __future__ import annotations
@@ -31,16 +32,17 @@ from dineros.analysis.suggestions.changes import Changes, against_circle
 from dineros.analysis.witnesses.findings import Finding
 from dineros.metamodel import pn, sym
 from dineros.metamodel.build import flow, here, inhibit
-from dineros.metamodel.callbacks.groups import threads_of, works_on_goals
+from dineros.metamodel.callbacks.groups import callback_page_of, threads_of, works_on_goals
 from dineros.metamodel.clauses import remove_clause
 from dineros.metamodel.elements import channels, find, node_net_of, pages, resolve
 from dineros.metamodel.matching import mismatch
 from dineros.metamodel.settings import apply
+from dineros.transformations.language.copying import deep_copy
 
 _KEPT = {"durability": "transientLocal", "reliability": "reliable"}
 """Qualities of service with which who subscribes later gets the messages that were kept."""
 
-MOST_CHANGES, MOST_MODELS = 4, 16
+MOST_CHANGES, MOST_MODELS = 4, 4
 """Changes together, and models, that are tried against callbacks that wait for each other."""
 
 ENOUGH = 10
@@ -150,7 +152,7 @@ def _against_waiting(model: sym.SystemModel, finding: Finding, budget: Budget) -
     while queue and tried < MOST_MODELS:
         (size, *_), _, changes = heapq.heappop(queue)
         if size > MOST_CHANGES:
-            return None
+            break
         tried += 1
         budget.check_time()
         blocked = _blocked(changes.applied(model), pages, budget)
@@ -161,7 +163,41 @@ def _against_waiting(model: sym.SystemModel, finding: Finding, budget: Budget) -
         if (left := blocked[0].circle) is not None:
             for more in _added(changes, left, known, order):
                 heapq.heappush(queue, more)
-    return None
+    return _with_time_outs(model, circle, pages, budget)
+
+
+def _with_time_outs(model: sym.SystemModel, circle: Circle, pages: set[str], budget: Budget) -> Mend | None:
+    """Let the callbacks of a circle end without responses; None if they wait all the same."""
+
+    def mend(copied: sym.SystemModel) -> None:
+        for service in channels(copied, sym.ServiceChannel):
+            if service.id in circle.elements:
+                for client in service.clients:
+                    page = callback_page_of(client.request)
+                    if page is not None and page.id in pages:
+                        _end_call(client)
+
+    copied, _ = deep_copy(model)
+    assert isinstance(copied, sym.SystemModel)
+    mend(copied)
+    return mend if _blocked(copied, pages, budget) == [] else None
+
+
+def _end_call(client: sym.ClientPort) -> None:
+    """Let a client continue without a response."""
+    client.timeout, client.timedOut = client.timeout or 1.0, client.response
+
+
+def _against_lost_request(model: sym.SystemModel, finding: Finding, budget: Budget) -> Mend | None:
+    """Let the client of a request that is lost with its server continue without the response."""
+    channel, asked = finding.elements[0], set(finding.elements)
+
+    def mend(copied: sym.SystemModel) -> None:
+        for client in find(copied, channel, sym.ServiceChannel).clients:
+            if client.request.id in asked:
+                _end_call(client)
+
+    return mend
 
 
 def _against_endless(model: sym.SystemModel, finding: Finding, budget: Budget) -> Mend | None:
@@ -187,7 +223,7 @@ def _against_endless(model: sym.SystemModel, finding: Finding, budget: Budget) -
         for service in channels(copied, sym.ServiceChannel):
             for client in service.clients:
                 if client.response.id in lacking:
-                    client.timeout, client.timedOut = client.timeout or 1.0, client.response
+                    _end_call(client)
         for id in lacking:
             if id not in clients:
                 _give(find(copied, id, pn.Place))
@@ -275,6 +311,8 @@ _MENDS: dict[str, Callable[[sym.SystemModel, Finding, Budget], Mend | None]] = {
     Matching.NOT_MATCHED.rule: _against_mismatch,
     Clauses.UNSATISFIABLE.rule: _against_clause,
     Presence.MISSED.rule: _against_absence,
+    Presence.UNSERVED.rule: _against_lost_request,
+    Presence.UNANSWERED.rule: _against_lost_request,
     Callbacks.CIRCLE.rule: _against_waiting,
     Callbacks.ENDLESS.rule: _against_endless,
     Goals.UNHEARD.rule: _against_unheard,

@@ -68,6 +68,7 @@ def doers(subject: Subject) -> dict[int, sym.NodeNet]:
         if not isinstance(link.target, pn.Transition):
             continue
         step = None if link.meaning is None else link.meaning.step
+        elements: list[pn.Node]
         if step is None:
             elements = [each for each in link.sources if isinstance(each, sym.Transition)]
         elif step.declared.end == "client":

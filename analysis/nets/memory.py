@@ -7,6 +7,7 @@ import resource
 import signal
 import sys
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
@@ -75,6 +76,14 @@ class MemoryBudgetError(BudgetError):
         self.budget = budget
 
 
+class TimeBudgetError(BudgetError):
+    """A process has used all the time that it may use."""
+
+    def __init__(self, seconds: float) -> None:
+        message = f"time ran out after {seconds:.1f} s"
+        super().__init__(message, hint="allow more with --timeout, or make the model smaller")
+
+
 def memory_of_process(given: int | None) -> int:
     """Return the memory for this process and its child processes; by default most of the free memory.
 
@@ -111,8 +120,15 @@ def memory_for_engines(given: int | None) -> int:
 
 
 @contextmanager
-def watched_memory(budget: int) -> Iterator[None]:
+def watched_memory(budget: int, seconds: float | None = None) -> Iterator[None]:
     """Keep this process within a budget during work that has no budget of its own, such as flattening.
+
+    Parameters
+    ----------
+    budget : int
+        Bytes.
+    seconds : float, optional
+        How long the work may take.
 
     Resident memory is checked every `WATCH_SECONDS` by a signal (SIGALRM), when Python code runs; engines,
     which run for longer, check their memory themselves. It works only in the main thread, and does nothing in
@@ -123,20 +139,26 @@ def watched_memory(budget: int) -> Iterator[None]:
     MemoryBudgetError
         More memory is resident than the budget. It can be raised anywhere in the program, like
         KeyboardInterrupt.
+    TimeBudgetError
+        Time ran out; it can be raised anywhere, too.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
 
+    end = None if seconds is None else time.monotonic() + seconds
+
     def look(*_: object) -> None:
         if resident_memory() > budget:
             raise MemoryBudgetError(budget)
+        if end is not None and time.monotonic() >= end:
+            raise TimeBudgetError(seconds or 0.0)
 
     hook = sys.unraisablehook
 
     def lost(what: sys.UnraisableHookArgs) -> None:
         # If an exception cannot be raised, for example during garbage collection, the next check raises it.
-        if not issubclass(what.exc_type, MemoryBudgetError):
+        if not issubclass(what.exc_type, (MemoryBudgetError, TimeBudgetError)):
             hook(what)
 
     before = signal.signal(signal.SIGALRM, look)

@@ -19,7 +19,7 @@ from tests.support.reachability import ReachabilityGraph
 from tests.support.references.executors import ExecutorInterpreter
 from tests.support.references.flattening import PlainNet, plain_net_of
 from tests.support.ros2_systems.action_models import action_models
-from tests.support.ros2_systems.deliveries import deliveries
+from tests.support.ros2_systems.deliveries import deliveries, regretting_any_time
 from tests.support.ros2_systems.hasty_clients import hasty
 
 FIGURES = {
@@ -62,11 +62,7 @@ def test_requests_to_cancel_of_a_client_of_several_goals(outstanding: int, cance
     (channel,) = model.channels
     assert isinstance(channel, sym.ActionChannel)
     channel.clients[0].outstanding = outstanding
-    regret = find(model, "Regret0", pn.Transition)
-    (ordered,) = (arc for arc in arcs(model) if arc.target is regret and arc.source.id == "Ordered0")
-    assert ordered.page is not None
-    ordered.page.arcs.remove(ordered)
-    ordered.source = ordered.target = None
+    regretting_any_time(model)
     net = plain_net_of(flatten(model, "none").net)
     found = compare(net, ExecutorInterpreter(model), states)
     assert found.difference == ""

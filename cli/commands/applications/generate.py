@@ -14,13 +14,14 @@ from dineros.cli.models import (
     say_what_runs,
     settings_on_ros2,
 )
-from dineros.cli.options import command, json_option, middleware_option, model_argument, settings_option
+from dineros.cli.options import json_option, middleware_option, model_argument, settings_option
 from dineros.cli.presentation.workspaces import say_comparison
+from dineros.cli.supervising import reading_command
 
 FOUND = 1
 
 
-@command(
+@reading_command(
     "dineros generate sorting.sym.xmi -o workspace",
     "dineros generate sorting.sym.xmi -o workspace --check",
     "dineros generate sorting.sym.xmi -o workspace --templates our_templates --lifecycle",

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from dineros.cli.console import say, summarise, warn
-from dineros.cli.options import ModelPath, command, output_option, settings_option, theme_option
+from dineros.cli.options import ModelPath, output_option, settings_option, theme_option
 from dineros.cli.outputs import refuse_output
 from dineros.cli.presentation.traces import loads_of, model_of
+from dineros.cli.supervising import serving_command, within_limits
 from dineros.metamodel.errors import counted
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 _PICTURES = (".html", ".svg", ".png")
 
 
-@command(
+@serving_command(
     "dineros trace pick.jsonl -o pick.html",
     "dineros trace pick.jsonl -o pick.svg --fold --filter 'Pick|Place|Sensor'",
     "dineros trace pick.jsonl --compare place.jsonl -o both.html",
@@ -143,7 +144,8 @@ def _follow(path: Path, port: int, given: Path | None, settings: tuple[str, ...]
     def find_model(header: Header) -> pn.Net | None:
         return model_of(header, [path], given, settings)
 
-    handle = serve_live(path, find_model, port=port)
+    with within_limits():
+        handle = serve_live(path, find_model, port=port)
     try:
         say(f"following {path}: {handle.url}")
         handle.wait()

@@ -8,11 +8,12 @@ import click
 
 from dineros.cli.console import note, summarise, warn, working
 from dineros.cli.models import load_named, refuse_settings_that_break, violations_of
-from dineros.cli.options import command, model_argument, output_option, settings_option
+from dineros.cli.options import model_argument, output_option, settings_option
 from dineros.cli.outputs import PICTURES, refuse_output
+from dineros.cli.supervising import reading_command
 
 
-@command(
+@reading_command(
     "dineros convert sorting.sym.xmi -o sorting.pnml",
     "dineros convert sorting.sym.xmi -o two_red.sym.xmi --set RedObjects.tokens=2",
     "dineros convert sorting.sym.xmi -o sorting.svg",

@@ -9,11 +9,12 @@ from pathlib import Path
 import click
 
 from dineros.cli.console import say, summarise, working
-from dineros.cli.options import ModelPath, command
+from dineros.cli.options import ModelPath
+from dineros.cli.supervising import serving_command, within_limits
 from dineros.metamodel.errors import counted
 
 
-@command("dineros edit sorting.sym.xmi", "dineros edit new.sym.xmi --no-browser --port 8400")
+@serving_command("dineros edit sorting.sym.xmi", "dineros edit new.sym.xmi --no-browser --port 8400")
 @click.argument("model", type=ModelPath())
 @click.option(
     "--port",
@@ -31,7 +32,7 @@ def edit(model: Path, port: int, no_browser: bool) -> int:
     from dineros.metamodel.editing import Document
     from dineros.views.editing import serve_editor
 
-    with working(f"Reading {model}"):
+    with working(f"Reading {model}"), within_limits():
         document = Document(model)
     try:
         handle = serve_editor(document, port, own_program())

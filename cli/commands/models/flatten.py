@@ -10,7 +10,6 @@ import click
 from dineros.cli.console import note, say_json, summarise, working
 from dineros.cli.models import load_valid_system, rules_of, say_rules
 from dineros.cli.options import (
-    command,
     json_option,
     model_argument,
     output_option,
@@ -21,13 +20,14 @@ from dineros.cli.options import (
 from dineros.cli.outputs import refuse_output
 from dineros.cli.presentation.explanations import explained, say_explanation
 from dineros.cli.rule_files import load_rules
+from dineros.cli.supervising import reading_command
 
 if TYPE_CHECKING:
     from dineros.transformations.flattening.flatten import Flattened
     from dineros.transformations.rules.phases import OverflowVariant, SignalVariant
 
 
-@command(
+@reading_command(
     "dineros flatten sorting.sym.xmi -o sorting.pnm",
     "dineros flatten sorting.sym.xmi -o sorting.net --signals none --overflow inhibitor",
     "dineros flatten sorting.sym.xmi --explain LeftCellObjects",

@@ -8,12 +8,13 @@ import click
 
 from dineros.cli.console import note, working
 from dineros.cli.models import load_valid_system
-from dineros.cli.options import command, json_option, model_argument, settings_option
+from dineros.cli.options import json_option, model_argument, settings_option
 from dineros.cli.outputs import make_folder
 from dineros.cli.presentation.workspaces import say_parts
+from dineros.cli.supervising import reading_command
 
 
-@command("dineros split sorting.sym.xmi -o nodes", "dineros split sorting.sym.xmi -o nodes --json")
+@reading_command("dineros split sorting.sym.xmi -o nodes", "dineros split sorting.sym.xmi -o nodes --json")
 @model_argument()
 @click.option(
     "-o",

@@ -9,7 +9,8 @@ import click
 
 from dineros.cli.console import say, say_json, summarise, warn
 from dineros.cli.models import load_named, violations_of
-from dineros.cli.options import command, json_option, model_argument, settings_option
+from dineros.cli.options import json_option, model_argument, settings_option
+from dineros.cli.supervising import reading_command
 from dineros.metamodel.errors import counted
 from dineros.metamodel.files.remarks import remarks_of
 
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 STYLES = {"error": "red", "warning": "yellow"}
 
 
-@command(
+@reading_command(
     "dineros validate sorting.sym.xmi",
     "dineros validate sorting.sym.xmi --set 'TStop.clause=Danger & !RobotIsIdle' --json",
     "dineros validate --list",

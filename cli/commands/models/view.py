@@ -10,22 +10,16 @@ from typing import TYPE_CHECKING
 import click
 
 from dineros.cli.console import working
-from dineros.cli.options import (
-    ModelPath,
-    command,
-    model_argument,
-    output_option,
-    settings_option,
-    theme_option,
-)
+from dineros.cli.options import ModelPath, model_argument, output_option, settings_option, theme_option
 from dineros.cli.outputs import PICTURES, refuse_output
 from dineros.cli.presentation.pictures import draw, draw_for_paper, picture_of
+from dineros.cli.supervising import serving_command, within_limits
 
 if TYPE_CHECKING:
     from dineros.views.nets.drawing.svg import Theme
 
 
-@command(
+@serving_command(
     "dineros view sorting.sym.xmi -o sorting.html",
     "dineros view sorting.sym.xmi --around TStop --steps 2 -o stop.svg",
     "dineros view sorting.sym.xmi --set RedObjects.tokens=2 --compare sorting.sym.xmi -o changed.html",
@@ -115,7 +109,10 @@ def view(
     put = dict(_badge(text) for text in badges)
     with working("Drawing"):
         on_page = output is None or output.suffix.lower() == ".html"
-        shown = picture_of(model, compare, settings, around, steps, collapse, expand, put, on_page=on_page)
+        with within_limits():
+            shown = picture_of(
+                model, compare, settings, around, steps, collapse, expand, put, on_page=on_page
+            )
         if output is not None and width is not None:
             draw_for_paper(shown, model, output, width, ratio, theme)
         else:

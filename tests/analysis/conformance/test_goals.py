@@ -12,12 +12,11 @@ from dineros.analysis.conformance import Verdict, conform
 from dineros.analysis.conformance.monitor import Monitor
 from dineros.metamodel import sym
 from dineros.metamodel.build import callback, node_net, place, step
-from dineros.metamodel.elements import find
 from dineros.metamodel.records import Header, Record, decode_record, encode_fields
 from dineros.runtime.application.simulation import LocalApplication
 from dineros.runtime.journal.recording import ListRecorder
 from dineros.transformations.flattening.split import split
-from tests.support.ros2_systems.deliveries import deliveries
+from tests.support.ros2_systems.deliveries import deliveries, regretting_any_time
 
 Records = dict[str, list[dict[str, Any]]]
 
@@ -86,11 +85,7 @@ def test_requests_to_cancel_at_any_time_conform(slots: int, outstanding: int) ->
     for seed in range(3):
         model = deliveries(clients=1, slots=slots, goals=5, cancels=8)
         channel(model).clients[0].outstanding = outstanding
-        regret = find(model, "Regret0", sym.Transition)
-        (ordered,) = (arc for arc in regret.incoming if arc.source.id == "Ordered0")
-        assert ordered.page is not None
-        ordered.page.arcs.remove(ordered)
-        ordered.source = ordered.target = None
+        regretting_any_time(model)
         run = recorded(model, seed)
         without += sum(record["event"] == "cancel" and record["message"] is None for record in run["office0"])
         verdict = judged(model, run)

@@ -7,13 +7,13 @@ import pytest
 from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.checks.check import check
 from dineros.analysis.checks.unused import unused_parts
-from dineros.analysis.consequences import folding
+from dineros.analysis.consequences import folding, mending
 from dineros.analysis.consequences.folding import fold_consequences
 from dineros.analysis.consequences.used import disproved
 from dineros.analysis.model.subject import base_subject
 from dineros.analysis.witnesses.findings import Finding, Report
 from dineros.metamodel import sym
-from dineros.metamodel.build import flow
+from dineros.metamodel.build import callback, flow, node_net, place, step
 from dineros.metamodel.clauses import set_clause
 from dineros.metamodel.elements import channels, find
 from examples.callbacks.models import node, program, timer, topic
@@ -52,6 +52,43 @@ def unrelated(model: sym.SystemModel) -> sym.SystemModel:
     flow(sym.Place(id="Never", page=other), sym.Transition(id="Idle", page=other))
     flow(sym.Place(id="Once", tokens=1, page=other), sym.Transition(id="Begin", page=other))
     return model
+
+
+def calling_on_each_response(other_cause: bool = False) -> sym.SystemModel:
+    """Return a node whose callback for responses calls again: no number of threads is enough."""
+    model = sym.SystemModel(id="again", middleware="ros2")
+    server = node_net(model, "server", execution="callbacks")
+    serves = callback(server, "OnAsked", "server")
+    asked, answered = place(serves, "Asked"), place(serves, "Answered")
+    step(serves, "Serve", [asked], [answered])
+    user = node_net(model, "user", execution="callbacks")
+    tick, response = callback(user, "OnTick", "timer", 1.0), callback(user, "OnResponse", "client")
+    request, came = place(tick, "Request"), place(response, "Came")
+    step(tick, "Send", [], [request])
+    second, got, waits = place(response, "Second"), place(response, "Got"), place(response, "Waits")
+    step(response, "Call", [came], [second, waits])
+    step(response, "Has", [got, waits, *([place(response, "Never")] if other_cause else [])], [])
+    clients = [
+        sym.ClientPort(client="first", request=request, response=came),
+        sym.ClientPort(client="second", request=second, response=got),
+    ]
+    port = sym.ServerPort(page=serves, entry=asked, exit=answered)
+    model.channels.append(sym.ServiceChannel(id="Ask", service="/ask", depth=1, server=port, clients=clients))
+    return model
+
+
+def test_what_a_circle_causes_that_no_thread_mends() -> None:
+    """Its calls get time-outs: what comes after them is a consequence."""
+    (found,) = (
+        each for each in folded(calling_on_each_response()).findings if each.rule == "callback-deadlock"
+    )
+    assert ("dead-transition", "Has") in consequences(found)
+
+
+def test_what_a_circle_does_not_cause_stays_with_time_outs() -> None:
+    """The transition that comes after the call lacks a token that nothing gives."""
+    report = folded(calling_on_each_response(other_cause=True))
+    assert ("dead-transition", ("Has",)) in [(each.rule, each.elements) for each in report.findings]
 
 
 def test_what_has_another_cause_stays() -> None:
@@ -128,8 +165,15 @@ def test_what_a_cancel_that_is_never_heard_causes() -> None:
 
 
 @pytest.mark.long
-def test_nothing_folds_where_no_change_mends_the_cause() -> None:
-    """Threads and groups do not help against a lock; so what follows stays."""
+def test_what_callbacks_cause_that_share_a_lock() -> None:
+    """Threads and groups do not help against a lock; where the call may end, the lock is given back."""
+    report = folded(sharing_a_lock())
+    assert faults(report.findings) == ["callback-deadlock", "callback-deadlock"]
+    assert consequences(report.findings[0]) == [("dead-transition", "Unlocks")]
+
+
+def test_nothing_folds_where_no_change_mends_the_cause(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(mending, "_with_time_outs", lambda *_: None)
     before = check(sharing_a_lock())
     after = folded(sharing_a_lock())
     assert faults(before.findings) == faults(after.findings)

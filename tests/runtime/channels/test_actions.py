@@ -36,7 +36,7 @@ from dineros.runtime.nets.ports import (
 )
 from dineros.transformations.flattening.split import split
 from tests.runtime.tiny import events
-from tests.support.ros2_systems.deliveries import deliveries
+from tests.support.ros2_systems.deliveries import deliveries, regretting_any_time
 
 
 def parts(**options: Any) -> dict[str, rtm.RuntimeModel]:
@@ -347,11 +347,7 @@ def test_no_more_requests_to_cancel_wait_than_goals_are_under_way() -> None:
     (channel,) = model.channels
     assert isinstance(channel, sym.ActionChannel)
     channel.clients[0].outstanding = 2
-    regret = find(model, "Regret0", sym.Transition)
-    (ordered,) = (arc for arc in regret.incoming if arc.source.id == "Ordered0")
-    assert ordered.page is not None
-    ordered.page.arcs.remove(ordered)
-    ordered.source = ordered.target = None
+    regretting_any_time(model)
     bench = Bench(next(part for part in split(model) if part.node.id == "office0"))
     bench.fire("Order0")
     first, second = (what[1] for what in bench.wire.sent if what[0] == "goal")

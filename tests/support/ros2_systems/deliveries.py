@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.build import flow
+from dineros.metamodel.elements import arcs, find
 
 
 def deliveries(
@@ -86,3 +87,14 @@ def _office(
         cancel=recall,
         feedback=place("Heard") if feedback else None,
     )
+
+
+def regretting_any_time(model: sym.SystemModel) -> sym.SystemModel:
+    """Let the first office of a model ask to cancel orders that it never placed; return the model."""
+    regret = find(model, "Regret0", pn.Transition)
+    for arc in [each for each in arcs(model) if each.target is regret and each.source.id == "Ordered0"]:
+        assert arc.page is not None
+        arc.page.arcs.remove(arc)
+        arc.source.outgoing.remove(arc)
+        regret.incoming.remove(arc)
+    return model
