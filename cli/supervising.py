@@ -82,6 +82,7 @@ class SearchCommand(ExampleCommand):
     """A command that searches: it has `--timeout` and `--memory`, and obeys them."""
 
     timeout_help = "End after this time, with the answers so far."
+    reports_interrupts = True
 
     def own_options(self) -> list[click.Option]:
         """Return `--timeout`, in seconds, `--memory`, in bytes, and the standard ones."""
@@ -119,7 +120,13 @@ class SearchCommand(ExampleCommand):
                     raise
                 return status
 
-        return Watch(limits).run(work) if is_alone else _here(limits, work)
+        try:
+            return Watch(limits).run(work) if is_alone else _here(limits, work)
+        except _InterruptedError as interrupted:
+            if not self.reports_interrupts:
+                raise KeyboardInterrupt from None
+            click.echo(f"dineros: {interrupted}", err=True)
+            return UNKNOWN
 
     def serves(self, params: Mapping[str, Any]) -> bool:
         """Return whether the command goes on until it is ended: then only what it reads has limits."""
@@ -130,6 +137,7 @@ class ReadingCommand(SearchCommand):
     """A command that reads files: it ends, and writes nothing, where they ask for too much."""
 
     timeout_help = "End after this time."
+    reports_interrupts = False
 
 
 class ServingCommand(ReadingCommand):
@@ -182,8 +190,12 @@ def _here(limits: Limits, work: Callable[[Search], int]) -> int:
             return work(search)
     except KeyboardInterrupt:
         if search.end(INTERRUPTED) is None:
-            click.echo(f"dineros: {search.at.ending(INTERRUPTED, limits)}", err=True)
+            raise _InterruptedError(search.at.ending(INTERRUPTED, limits)) from None
         return UNKNOWN
+
+
+class _InterruptedError(Exception):
+    """A command was interrupted, and has nothing to print but where it was."""
 
 
 class Watch:
@@ -258,6 +270,8 @@ class Watch:
         """Print the answers found, for a search that has ended without its answer."""
         ending = self.at.ending(cause, self.limits)
         if self._draft is None:
+            if cause == INTERRUPTED:
+                raise _InterruptedError(ending)
             error = MemoryBudgetError(self.memory)
             more = f"; {error.limit} ({error.hint})" if cause == MEMORY else ""
             self._print([(True, f"dineros: {ending}{more}\n")])
