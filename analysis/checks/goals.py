@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from dineros.analysis.answers.budget import Budget, BudgetExceededError
 from dineros.analysis.checks.question import OUT_OF_MEMORY, Checked, Question
 from dineros.analysis.checks.ways import can_fire, firing_witness, overtaking
+from dineros.analysis.model.resting import shut_down_marks
 from dineros.analysis.model.wording import outcome_words
 from dineros.analysis.symbolic.saturation import DiagramMemoryError
 from dineros.analysis.witnesses.findings import Fault, Witness, witness_of, witness_to
@@ -174,9 +175,11 @@ class Goals(Question):
 
     def _hangs(self, checked: Checked, client: _Client, budget: Budget) -> bool:
         """Look for goals that no marking ends from some marking on; return whether there are any."""
-        from dineros.analysis.callbacks.blocking import last_parts, never_without
+        from dineros.analysis.callbacks.blocking import last_parts, never_without, without
         from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
 
+        node = node_net_of(client.port.goal)  # once it is shut down, it fetches nothing, as it should be
+        gone = None if node is None else shut_down_marks(checked.subject).get(node)
         sets, index = SymbolicSets(checked.space, budget=budget), checked.subject.place_index
         waits: list[tuple[Fault, list[str], dict[str, str]]] = [
             (self.NOT_ACCEPTED, client.waits, {}),
@@ -186,10 +189,17 @@ class Goals(Question):
         found = False
         for fault, places, parts in waits:
             stuck = next(filter(None, (never_without(sets, (index[place],)) for place in places)), None)
-            if stuck is not None:
+            if stuck is None:
+                continue
+            if gone is not None and fault is self.NOT_FETCHED:
+                alive = sets.intersection(stuck, without(sets, (gone,)))
+                if not alive:
+                    continue
+                trace = sets.way_to(alive)
+            else:
                 _, trace = next(last_parts(sets, stuck))
-                self.add(checked, client, fault, witness_to(checked.subject, trace), **parts)
-                found = True
+            self.add(checked, client, fault, witness_to(checked.subject, trace), **parts)
+            found = True
         return found
 
     @staticmethod

@@ -228,6 +228,24 @@ def test_a_result_that_the_client_cannot_take() -> None:
     assert not of_rule(asked(model), "result-not-fetched")
 
 
+@pytest.mark.parametrize("blocks", [False, True])
+def test_a_client_that_is_shut_down_fetches_no_result(blocks: bool) -> None:
+    """That is as it should be; one that has no thread for its result while it is there is at fault."""
+    model = deliveries(cancels=0, rejects=False)
+    office = find(model, "office0", sym.NodeNet)
+    office.lifecycle = sym.Lifecycle(shutsDown=True)
+    if blocks:
+        office.execution = "callbacks"  # type: ignore[assignment]
+        page = sym.CallbackPage(id="OnTimer", kind="timer", timer=1.0, page=office)
+        goal, done = place(page, "Goal"), place(page, "Done")
+        step(page, "Begin", [], [goal])
+        step(page, "End", [done], [])
+        (client,) = channel_of(model).clients
+        client.goal, client.succeeded, client.aborted, client.rejected = goal, done, done, None
+    found = of_rule(asked(model), "result-not-fetched")
+    assert [each.message.rpartition(" ")[2] for each in found] == (["succeeded", "aborted"] if blocks else [])
+
+
 def test_work_on_a_goal_that_waits_for_its_own_thread() -> None:
     """What works on a goal calls a service of its node, whose only thread it has."""
     model = deliveries(cancels=0)
