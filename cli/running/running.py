@@ -165,18 +165,21 @@ def domain_of(given: int | None) -> int:
 def _check_traces(folder: Path, nodes: list[str]) -> None:
     """Reject continuing without traces; print which nodes start again.
 
+    A run that ended before any node had recorded something can be continued: all of them begin.
+
     Raises
     ------
     DinerosError
-        There are no traces, or the trace of a node is missing.
+        There was no run, or the trace of a node has gone.
     """
+    from dineros.cli.running.ros import SUPERVISOR_LOG
     from dineros.metamodel.errors import DinerosError, Location
     from dineros.metamodel.files.reading import read_bytes
     from dineros.metamodel.records import node_traces
     from dineros.metamodel.records.files import file_name, journals_path
 
     known = node_traces(folder) if folder.is_dir() else {}
-    if not known:
+    if not known and not (folder / SUPERVISOR_LOG).is_file():
         raise DinerosError(
             "holds no traces to continue from", location=Location(folder), hint="run without --resume"
         )

@@ -141,6 +141,17 @@ def test_going_on_from_nothing_is_refused(run: Run, spoken: Path) -> None:
     assert "traces: holds no traces to continue from" in result.stderr
 
 
+def test_a_run_that_was_ended_before_anything_was_recorded_begins_again(run: Run, spoken: Path) -> None:
+    """Its supervisor had started: that is how a killed run looks which no node has reached."""
+    folder = spoken.parent / "traces"
+    folder.mkdir()
+    (folder / "supervisor.log.jsonl").touch()
+    result = run("run", spoken, "--simulate", "--until", "Noted >= 3", "--trace", folder, "--resume")
+    assert result.exit_code == 0, result.stderr
+    assert result.stderr.count("has no trace, so it begins with its initial marking") == 2
+    assert run("conform", spoken, folder).exit_code == 0
+
+
 def test_a_trace_that_is_missing_is_missed(run: Run, spoken: Path) -> None:
     folder = spoken.parent / "traces"
     assert run("run", spoken, "--simulate", "--until", "Words <= 2", "--trace", folder).exit_code == 0
