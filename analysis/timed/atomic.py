@@ -77,7 +77,7 @@ class AtomicSearch:
             self._begin()
             self._cut()
         except KeyboardInterrupt:
-            self.reason = "interrupted"
+            self.reason = "time" if self._budget.is_over else "interrupted"  # it was asked to end
         except MemoryError:
             self.reason = "memory"
 
