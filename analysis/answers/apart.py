@@ -234,10 +234,12 @@ class _Teller:
     def lost(self, lost: sys.UnraisableHookArgs) -> None:
         """Raise the interrupt again if it was lost in a callback from C, which does not propagate it.
 
-        This is the hook `sys.unraisablehook`; other lost errors are shown as usual.
+        This is the hook `sys.unraisablehook`; other lost errors are shown as usual, except after a request to
+        end: an object whose creation the interrupt ended cannot be destroyed.
         """
         if not (self._has_raised and issubclass(lost.exc_type, KeyboardInterrupt)):
-            sys.__unraisablehook__(lost)
+            if not self._is_asked:
+                sys.__unraisablehook__(lost)
             return
         self._has_raised = False
         again = threading.Timer(ASKED_AGAIN, os.kill, (os.getpid(), signal.SIGTERM))

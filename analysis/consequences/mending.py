@@ -148,6 +148,7 @@ def _against_waiting(model: sym.SystemModel, finding: Finding, budget: Budget) -
         return None
     pages = {waiter.element for waiter in circle.waiters if waiter.kind == "callback"}
     order, known, tried = count(), {Changes()}, 0
+    without_circle: Mend | None = None
     queue = _added(Changes(), circle, known, order)
     while queue and tried < MOST_MODELS:
         (size, *_), _, changes = heapq.heappop(queue)
@@ -158,12 +159,16 @@ def _against_waiting(model: sym.SystemModel, finding: Finding, budget: Budget) -
         blocked = _blocked(changes.applied(model), pages, budget)
         if blocked is None:
             continue
+        mend = _settings([setting for _, each in changes.steps(model) for setting in each])
         if not blocked:
-            return _settings([setting for _, each in changes.steps(model) for setting in each])
-        if (left := blocked[0].circle) is not None:
-            for more in _added(changes, left, known, order):
-                heapq.heappush(queue, more)
-    return _with_time_outs(model, circle, pages, budget)
+            return mend
+        left = next((each.circle for each in blocked if each.circle is not None), None)
+        if left is None:  # they wait for something else: another fault
+            without_circle = without_circle or mend
+            continue
+        for more in _added(changes, left, known, order):
+            heapq.heappush(queue, more)
+    return _with_time_outs(model, circle, pages, budget) or without_circle
 
 
 def _with_time_outs(model: sym.SystemModel, circle: Circle, pages: set[str], budget: Budget) -> Mend | None:

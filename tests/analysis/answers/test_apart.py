@@ -162,6 +162,32 @@ def test_an_interrupt_in_a_callback_from_c_is_not_lost_and_says_nothing(
     assert capfd.readouterr() == ("", "")
 
 
+@pytest.mark.parametrize("is_asked", [True, False])
+def test_what_an_interrupt_left_unfinished_is_destroyed_without_a_word(
+    capfd: pytest.CaptureFixture[str], is_asked: bool
+) -> None:
+    """Its destructor may fail, as that of a compiler's object does; else such an error is shown."""
+
+    class Half:
+        def __del__(self) -> None:
+            raise AttributeError("half")
+
+    def work(tell: Tell) -> None:
+        half = Half()
+        with contextlib.suppress(KeyboardInterrupt):
+            tell("begun")
+            time.sleep(30.0 if is_asked else 0.0)
+        del half
+
+    with Apart(work) as apart:
+        first(apart)
+        if is_asked:
+            apart.ask_to_end()
+        list(apart.messages())
+        assert apart.value() is None
+    assert ("half" in capfd.readouterr().err) is not is_asked
+
+
 def test_it_is_asked_between_two_messages_never_within_one() -> None:
     def work(tell: Tell) -> None:
         while True:

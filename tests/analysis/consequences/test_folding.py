@@ -79,9 +79,8 @@ def calling_on_each_response(other_cause: bool = False) -> sym.SystemModel:
 
 def test_what_a_circle_causes_that_no_thread_mends() -> None:
     """Its calls get time-outs: what comes after them is a consequence."""
-    (found,) = (
-        each for each in folded(calling_on_each_response()).findings if each.rule == "callback-deadlock"
-    )
+    report = folded(calling_on_each_response(), Budget(seconds=300))
+    (found,) = (each for each in report.findings if each.rule == "callback-deadlock")
     assert ("dead-transition", "Has") in consequences(found)
 
 
@@ -167,7 +166,7 @@ def test_what_a_cancel_that_is_never_heard_causes() -> None:
 @pytest.mark.long
 def test_what_callbacks_cause_that_share_a_lock() -> None:
     """Threads and groups do not help against a lock; where the call may end, the lock is given back."""
-    report = folded(sharing_a_lock())
+    report = folded(sharing_a_lock(), Budget(seconds=300))
     assert faults(report.findings) == ["callback-deadlock", "callback-deadlock"]
     assert consequences(report.findings[0]) == [("dead-transition", "Unlocks")]
 
