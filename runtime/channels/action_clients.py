@@ -126,7 +126,7 @@ class ActionClient:
         for goal in list(self.goals.values()):
             self._send(goal)
             if goal.is_canceled:
-                action_transport(self._traffic.joined).cancel_goal(self.port, goal.message.id)
+                self._traffic.joined.cancel_goal(self.port, goal.message.id)
         if self._surplus is not None:
             engine.unhold(self._surplus)
         self._make_room()
