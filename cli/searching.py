@@ -313,13 +313,13 @@ class _Stream(io.TextIOBase):
 
 
 def search() -> Search:
-    """Return the search of the command that runs."""
+    """Return the search of the running command."""
     found: Search = click.get_current_context().meta[SEARCH]
     return found
 
 
 def use(one: Search) -> None:
-    """Let this be the search of the command that runs."""
+    """Set the search of the running command."""
     click.get_current_context().meta[SEARCH] = one
 
 

@@ -160,7 +160,7 @@ def may_leave(channel: sym.ServiceChannel, server: sym.NodeNet | None) -> bool:
 
 
 def loses_requests(channel: sym.ServiceChannel) -> bool:
-    """Tell whether more requests may wait for a service than it keeps; `clients` has those of all instances.
+    """Return whether more requests may wait for a service than it keeps; `clients` has all instances.
 
     A client that gives up may ask again while its former requests still wait. Each client says how many
     requests it has under way (`dineros.metamodel.callbacks.waiting`).

@@ -129,7 +129,7 @@ class Works:
         )
 
     def always_one(self, wanted: set[pn.Place]) -> bool:
-        """Tell whether one of some places is always marked: the greatest trap among them is at the start."""
+        """Return whether one of some places is always marked: the greatest trap among them is marked."""
         left = {place for place in wanted if place not in self.ports}
         while True:
             gone = {
@@ -328,7 +328,7 @@ class _WorkRun:
             raise NotBoundedError(f"{self.name} may have to wait for other callbacks")
 
     def _is_free(self, step: pn.Transition) -> bool:
-        """Tell whether a step that the run's tokens allow is possible whatever others do and tokens hold."""
+        """Return whether a step that the run's tokens allow is possible for all other tokens and data."""
         if _is_guarded(step):
             return False
         move = self.works.moves[step]

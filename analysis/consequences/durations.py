@@ -55,7 +55,7 @@ def _open_note(unknown: Outcome) -> Finding:
 
 
 def _reads_for_any_time(channel: sym.Channel | None) -> bool:
-    """Tell whether each callback that reads a channel may take any time."""
+    """Return whether each callback that reads a channel may take any time."""
     pages = [callback_page_of(place) for place in _places(channel)[1]]
     return bool(pages) and all(
         page is not None and ((given := duration_of(page)) is None or given.latest is None) for page in pages

@@ -148,7 +148,7 @@ def require_times(model: sym.SystemModel, *, with_guards: bool = False) -> None:
         require_no_guards(model, "an analysis of exact latencies")
     if model.middleware != sym.Middleware.ros2:
         hint = "set middleware to ros2"
-        raise DinerosError("latencies are those of ROS 2", hint=hint, element=model.id)
+        raise DinerosError("latencies are defined for ROS 2 only", hint=hint, element=model.id)
     require_known(model)
     if not says_times(model):
         hint = "give durations to callbacks, and latencies to topics and services"

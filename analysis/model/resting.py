@@ -30,7 +30,7 @@ def not_final(subject: Subject) -> dict[int, sym.NodeNet | None]:
 
 
 def unused_marks(subject: Subject) -> dict[int, int]:
-    """Return, by transition of a server instance, the place that is marked while nobody uses the instance."""
+    """Return, by transition of a server instance, the place that is marked while the instance is not used."""
     pages: dict[object, tuple[str, int | None]] = {}
     marks: dict[tuple[str, int | None], int] = {}
     for link in subject.links():

@@ -123,7 +123,7 @@ class ModelProgram:
 
 
 def is_of_parameter(setting: str) -> bool:
-    """Tell whether a setting is of a parameter, ``robots=3``, and of no element, whose feature has a dot."""
+    """Return whether a setting is of a parameter, ``robots=3``; one of an element has a dot."""
     return setting.partition("=")[0].strip().isidentifier() and not setting.startswith("middleware=")
 
 

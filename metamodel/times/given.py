@@ -39,7 +39,7 @@ _TIMES = ("interval", "duration", "offset", "jitter", "latency", "reaction")
 
 
 def says_times(model: sym.SystemModel) -> bool:
-    """Tell whether a model says of anything how long it takes at most, so that times decide something.
+    """Return whether a model says of anything how long it takes at most, so that times decide something.
 
     The period of a timer alone does not count, nor do earliest times alone: nothing ever has to happen.
     """
@@ -47,7 +47,7 @@ def says_times(model: sym.SystemModel) -> bool:
 
 
 def gives_times(model: sym.SystemModel) -> bool:
-    """Tell whether a model says anything of time; the period of a timer alone does not count."""
+    """Return whether a model says anything of time; the period of a timer alone does not count."""
     return next(_times(model), None) is not None
 
 

@@ -210,7 +210,7 @@ def is_same(one: Value, other: Value) -> bool:
 
 
 def is_same_item(one: Value, other: Value) -> bool:
-    """Tell whether two items of a list are one: objects of one expression are not, if two calls run it."""
+    """Return whether two items of a list are one: objects of one expression are not, if two calls run it."""
     if isinstance(one, Obj) and isinstance(other, Obj):
         return one is other or (is_same(one, other) and one.made_by == other.made_by)
     return is_same(one, other)

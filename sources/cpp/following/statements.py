@@ -193,7 +193,7 @@ class Statements(Loops):
         return next((at for at, each in enumerate(cases) if self._is_case(each, asked, frame)), None)
 
     def _is_case(self, case: Node, asked: Value, frame: Frame) -> bool:
-        """Tell whether a case is surely that of a value; a constant that is not known has its name."""
+        """Return whether a case is surely that of a value; a constant that is not known has its name."""
         label = case.child_by_field_name("value")
         if label is None or case.type != "case_statement":
             return False
@@ -388,13 +388,13 @@ class Statements(Loops):
 
 
 def _is_array(declarator: Node) -> bool:
-    """Tell whether a variable is declared as an array, as in ``const char * names[] = {...}``."""
+    """Return whether a variable is declared as an array, as in ``const char * names[] = {...}``."""
     inner = declarator.child_by_field_name("declarator")
     return declarator.type == "array_declarator" or (inner is not None and _is_array(inner))
 
 
 def _ends(case: Node) -> bool:
-    """Tell whether what follows a case is not run after it."""
+    """Return whether what follows a case is not run after it."""
     last = next((each for each in reversed(named(case)) if each.type != "comment"), None)
     if last is not None and last.type == "compound_statement":
         return _ends(last)

@@ -170,8 +170,8 @@ class D2Goal(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
         source=begun,
         target=worked,
         within=GoalDuration(served.callback, served.action),
-        begins="a thread works on {callback}",
-        runs="{callback} is worked on",
+        begins="a thread executes {callback}",
+        runs="{callback} is being executed",
         ends="the work of {callback} is done",
     )
 
