@@ -61,7 +61,10 @@ export class Player {
   async openTexts(traces) {
     const size = Object.values(traces).reduce((sum, text) => sum + text.length, 0);
     if (size > LARGEST_TRACE) {
-      this.editor.say("these traces are too long to be played in the editor: use dineros trace to show them", true);
+      this.editor.say(
+        "these traces are too long to be played in the editor: use dineros trace to show them",
+        true,
+      );
       return;
     }
     this.running = null;
