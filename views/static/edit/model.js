@@ -163,7 +163,7 @@ export class Model {
     while (this.kind(at).shape === undefined) {
       const above = this.get(at).in;
       if (above === undefined) return at;
-      // What a sheet has beside what is drawn, such as signals, is seen in the form of the sheet.
+      // Parts of a sheet that are not drawn, such as signals, are in the form of the sheet.
       if (this.isSheet(above)) return above;
       at = above;
     }

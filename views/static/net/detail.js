@@ -1,4 +1,4 @@
-// What stands beside the picture: the chosen element, or what differs between two models.
+// The panel next to the picture: the chosen element, or the differences of two models.
 
 import { counted } from "../counting.js";
 import { make } from "../elements.js";

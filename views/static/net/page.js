@@ -122,7 +122,7 @@ export class NetPage {
   present() {
     const { everything, picture, part } = this;
     for (const { id } of [...picture.boxes, ...picture.nodes]) {
-      const said = spoken(lookUp(this.shapes, id)); // beside the texts that it has itself
+      const said = spoken(lookUp(this.shapes, id)); // in addition to its own texts
       const group = this.drawn.element(id);
       for (const [name, value] of Object.entries({ tabindex: "0", role: "button", ...said }))
         group?.setAttribute(name, value);
@@ -169,7 +169,7 @@ export class NetPage {
     this.mark();
     if (id) describe(this, lookUp(this.items, id));
     else if (this.everything.compared) listChanges(this);
-    this.pan.keep(); // beside what has come or gone
+    this.pan.keep(); // next to what was added or removed
     const item = id && this.picture.nodes.find((one) => one.id === id);
     if (item) this.pan.bringIn(areaOf(item));
     this.remember();

@@ -159,7 +159,7 @@ export class Pan {
       },
       { passive: false },
     );
-    // A window of another size shows everything again if it did before; what opens beside moves nothing.
+    // A window of another size shows everything again if it did before; a panel that opens moves nothing.
     addEventListener("resize", () => this.fitted && this.fit());
     new ResizeObserver(() => this.keep()).observe(svg);
   }

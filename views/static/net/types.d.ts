@@ -1,7 +1,7 @@
 // What is known of nets here. `dineros.views.nets.model` says what it means; what says nothing is left out there.
 
 export type Point = [x: number, y: number];
-/** Where something is when it is told apart from its name. */
+/** The position of an element, without its name. */
 export interface Spot {
   x: number;
   y: number;
@@ -296,7 +296,7 @@ export interface End extends Spot {
   item?: Pick<Shape, "width" | "height"> & { kind: NodeKind | BoxKind };
   middle?: Point;
   out?: Point;
-  /** By how much it is moved so that lines end beside each other. */
+  /** The distance by which it is moved so that lines end next to each other. */
   shift?: Point;
 }
 

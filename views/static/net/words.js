@@ -59,7 +59,7 @@ export function facts(item, labels) {
   return found;
 }
 
-/** What a screen reader says of a node or a box beside its texts. @type {(item: Item) => Record<string, string>} */
+/** What a screen reader says of a node or a box in addition to its texts. @type {(item: Item) => Record<string, string>} */
 export const spoken = (item) => ({
   "aria-roledescription": WORDS[item.kind],
   "aria-description": [item.tokens ? counted(item.tokens, "token") : "", item.change ?? ""]

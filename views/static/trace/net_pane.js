@@ -1,4 +1,4 @@
-// The net beside the trace, at the marking of the cursor: what the step changed is pointed out.
+// The net next to the trace, at the marking of the cursor, with the changes of the step.
 
 import { byId, make } from "../elements.js";
 import { Pan } from "../net/pan.js";

@@ -58,7 +58,7 @@ class Row {
   turn = make("button", {
     onclick: () => this.tell({ ask: this.isHalted ? "proceed" : "pause", node: this.node }),
   });
-  /** A switch, or a choice of values, for each signal that was ever told. @type {Map<string, HTMLElement>} */
+  /** A switch, or a choice of values, for each signal that was ever reported. @type {Map<string, HTMLElement>} */
   signals = new Map();
   switches = make("div", { class: "switches" });
   enabled = make("div", { class: "enabled" });

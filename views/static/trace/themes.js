@@ -3,7 +3,7 @@
 /** @import { Theme, ThemeName } from "./types.js" */
 
 /**
- * Of node nets (after Paul Tol's schemes, told apart with all kinds of colour vision), and of the rest.
+ * Of node nets (after Paul Tol's schemes, distinguishable with all kinds of colour vision), and of the rest.
  *
  * @type {Record<ThemeName, Theme>}
  */

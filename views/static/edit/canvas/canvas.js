@@ -16,10 +16,10 @@ import { contentOf } from "./sheets.js";
  *
  * @typedef {object} Asked
  * @property {(commands: Command[], label: string) => void} act does something to the model
- * @property {(elements: string[]) => void} chosen is told what was chosen
- * @property {(element: string | null, at: Point) => boolean} clicked is told of clicks; whether it used this one
- * @property {(element: string) => void} opened is told of double clicks
- * @property {(page: string) => void} toggled is told whose sign was clicked, to open it in place or to close it
+ * @property {(elements: string[]) => void} chosen receives the chosen elements
+ * @property {(element: string | null, at: Point) => boolean} clicked receives clicks; returns whether it used this one
+ * @property {(element: string) => void} opened receives double clicks
+ * @property {(page: string) => void} toggled receives the page whose sign was clicked, to open it in place or to close it
  */
 
 const LARGEST = 1.3; // a sheet of two places does not fill the window
@@ -356,7 +356,7 @@ export class Canvas {
     return this.shapes().filter(({ business }) => business.page === page);
   }
 
-  /** Commands that put what nobody has put anywhere where it is seen. @type {(page: string) => Command[]} */
+  /** Commands that give elements without a place a visible one. @type {(page: string) => Command[]} */
   settled(page) {
     const loose = this.shapesOn(page).filter((each) => !this.isStored(each));
     return loose.map(({ business }) => moveTo(business.element, business.stored));
@@ -368,7 +368,7 @@ export class Canvas {
   }
 
   /**
-   * Commands that move shapes, each on its page; what is in an open page goes with that. On a page that nobody has
+   * Commands that move shapes, each on its page; what is in an open page goes with that. On a page that no user has
    * arranged, everything is put where it is seen.
    *
    * @type {(shifts: Map<CanvasElement, Point>) => Command[]}

@@ -15,7 +15,7 @@ const LEAST = { width: 150, height: 90 };
 
 /** What is open, kept for as long as the tab is. */
 export class Opened {
-  /** What of the contents stands where the closed page does; null: nobody has looked yet. @type {Map<string, Point | null>} */
+  /** The element of the contents at the place of the closed page; null: not yet determined. @type {Map<string, Point | null>} */
   pages = new Map();
 
   /** @param {Model} model */

@@ -1,4 +1,4 @@
-// Where things go that nobody has put anywhere: Python lays pages out, one at a time.
+// Places of elements that have none yet: Python lays pages out, one at a time.
 
 import { moveTo } from "./canvas.js";
 
@@ -19,7 +19,7 @@ export class Places {
     this.editor.canvas.computed.clear();
   }
 
-  /** Asks where to put what nobody has put anywhere, on the sheet and the pages that are open on it. */
+  /** Asks for places of elements that have none, on the sheet and the pages that are open on it. */
   async find() {
     const { canvas } = this.editor;
     const { sheet } = canvas;
@@ -36,7 +36,7 @@ export class Places {
     if (wanted.includes(sheet)) canvas.fit();
   }
 
-  /** Whether something of a page has no place, and nobody has asked for one. @type {(page: string) => boolean} */
+  /** Whether an element of a page has no place, and none was requested. @type {(page: string) => boolean} */
   isMissing(page) {
     const { canvas } = this.editor;
     const loose = canvas.settled(page).map(({ element }) => String(element));

@@ -119,7 +119,7 @@ function isGiven(model, type, given) {
  *
  * @param {Model} model
  * @param {{ owner: string, feature: string, type: string, given?: string | null }} wanted
- * @returns {Promise<Command[] | null>} the commands, the new object called `$new`; null where nobody wants it
+ * @returns {Promise<Command[] | null>} the commands, the new object called `$new`; null if it is not wanted
  */
 export function askFor(model, { owner, feature, type, given = null }) {
   const form = formFor(model, type, given);

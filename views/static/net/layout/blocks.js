@@ -1,5 +1,5 @@
 // What has no position on a sheet that was arranged: ELK lays it out, then each group that hangs together is
-// put in one piece beside the rest.
+// put in one piece next to the rest.
 
 import { lookUp, lookUpOrAdd } from "../../maps.js";
 

@@ -77,7 +77,7 @@ function drawn(line, shapes, sizes, found) {
 }
 
 /**
- * Lines that come to a shape from about the same direction end beside each other, in an order that crosses
+ * Lines that come to a shape from about the same direction end next to each other, in an order that crosses
  * none.
  *
  * @type {(lines: DrawnLine[]) => void}

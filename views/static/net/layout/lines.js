@@ -92,7 +92,7 @@ export function routeLine(from, to, obstacles, turns) {
   /** @type {[Point, Point]} */
   const ends = [start(from), start(to)];
   // What stands too close to an end is passed closer; what covers it cannot be avoided.
-  // Lines that turn at the same corner do so beside each other.
+  // Lines that turn at the same corner do so next to each other.
   /** @type {(area: Area) => number[]} */
   const clear = (area) => [CLEAR + APART * ((turns.get(String(area)) || 0) % BESIDE), CLEAR, 2, 0];
   /** @type {Wall[]} */
@@ -183,7 +183,7 @@ const covered = (one, other) =>
   Math.max(0, Math.min(one[3], other[3]) - Math.max(one[1], other[1]));
 
 /**
- * The middle of a label: on or beside its line, near its middle, off other things and, where possible, off
+ * The middle of a label: on or next to its line, near its middle, off other things and, where possible, off
  * other lines.
  *
  * @type {(points: Point[], room: Size, taken: Area[], lines: Point[][]) => Point}

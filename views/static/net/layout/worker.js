@@ -1,4 +1,4 @@
-// Layout beside the page: it continues answering its reader meanwhile. ELK has been loaded before.
+// Layout in a worker: the page continues to respond meanwhile. ELK has been loaded before.
 
 import { layoutByElk } from "./elk.js";
 

@@ -1,4 +1,4 @@
-// What happens in one step: in the panel for the cursor, and in short beside the mouse.
+// What happens in one step: in the panel for the cursor, and in short next to the mouse.
 
 import { counted } from "../../counting.js";
 import { make } from "../../elements.js";
@@ -153,7 +153,7 @@ export function detailOf(app, number, step) {
 }
 
 /**
- * What stands beside the mouse.
+ * The text next to the mouse.
  *
  * @type {(tip: HTMLElement, app: App, step: number, row: LaneRow | undefined) => void}
  */

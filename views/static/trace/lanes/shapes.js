@@ -44,7 +44,7 @@ export function arrow(surface, x, y, theme) {
   surface.path(course, { stroke: theme.alarm, width: 1.5, closed: true });
 }
 
-/** How high the band of each state of a managed node is: it is told by more than its colour. */
+/** The height of the band of each state of a managed node: colour alone would not distinguish states. */
 const PARTS = [0.35, 0.7, 1, 0.12];
 
 /**
