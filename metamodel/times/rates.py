@@ -59,25 +59,14 @@ def on_the_way(writer: sym.PublisherPort, reader: sym.SubscriberPort) -> int:
     latency = latency_between(writer, reader)
     if latency is None or latency.latest is None:
         return 0
-    with unchanged():
-        found = _publications(writer, seconds_of(latency.latest), frozenset())
-    if found is None:
-        return 0
-    if found > MOST_ON_THE_WAY:
-        topic = "" if writer.channel is None else writer.channel.topic
-        raise TooManyOnTheWayError(
-            f"up to {found} messages of topic {topic} can be on their way at once",
-            element=topic,
-            hint="give durations to the callbacks that publish them, or a smaller latency",
-        )
-    return max(1, found)
+    return _clocks(writer, latency.latest, "can be on their way at once", "latency")
 
 
 def ages_at_once(writer: sym.PublisherPort, reader: sym.SubscriberPort) -> int:
     """Return how many messages between two ports need clocks for their lifespans; 0: they may go at any time.
 
     They may if nothing bounds how many there are, or how old they get; and if the reader has other writers,
-    as their messages are told apart no more in its history.
+    as their order in its history is not known.
 
     Raises
     ------
@@ -90,16 +79,21 @@ def ages_at_once(writer: sym.PublisherPort, reader: sym.SubscriberPort) -> int:
         return 0
     if any(other is not writer and are_matched(other, reader) for other in others):
         return 0
+    return _clocks(writer, span.latest, "are younger than their lifespan at once", "lifespan")
+
+
+def _clocks(writer: sym.PublisherPort, seconds: float, words: str, limit: str) -> int:
+    """Return how many messages are published within some seconds; 0: any number; too many are refused."""
     with unchanged():
-        found = _publications(writer, seconds_of(span.latest), frozenset())
+        found = _publications(writer, seconds_of(seconds), frozenset())
     if found is None:
         return 0
     if found > MOST_ON_THE_WAY:
         topic = "" if writer.channel is None else writer.channel.topic
         raise TooManyOnTheWayError(
-            f"up to {found} messages of topic {topic} are younger than their lifespan at once",
+            f"up to {found} messages of topic {topic} {words}",
             element=topic,
-            hint="give durations to what publishes them, or a smaller lifespan",
+            hint=f"give durations to the callbacks that publish them, or a smaller {limit}",
         )
     return max(1, found)
 
