@@ -120,6 +120,11 @@ def _diagrams() -> None:
     from dineros.analysis.symbolic.saturation import Diagram
     from dineros.analysis.symbolic.vector_sets import VectorSets
 
+    # Some transition is always enabled in rings; here a deadlock is counted.
+    meeting = symbolic_state_space(
+        CompiledNet.build({"a": 1, "b": 1, "c": 0}, [("meet", {"a": 1, "b": 1}, {"c": 2})]), Budget(MEMORY)
+    )
+    meeting.arcs(), meeting.deadlocks()
     space = symbolic_state_space(rings(3), Budget(MEMORY))
     space.arcs(), space.deadlocks(), space.largest_place(), space.largest_total()
     list(starts(space.encoding, EventTables.of(space.encoding)))  # easy nets need no other order

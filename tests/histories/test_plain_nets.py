@@ -91,6 +91,6 @@ def test_what_does_not_obey_a_capacity_is_refused(tmp_path: Path) -> None:
     pn.Place(id="Box", capacity=3, page=pn.Page(id="page", net=net))
     with pytest.raises(DinerosError, match="Box has a capacity that no arc enforces"):
         compile_net(net)
-    with pytest.raises(ModelFileError, match=r"'Box' has a capacity, which \.net cannot say"):
+    with pytest.raises(ModelFileError, match=r"'Box' has a capacity, which \.net cannot express"):
         save(net, tmp_path / "plain.net")
     assert not (tmp_path / "plain.net").exists()

@@ -102,7 +102,7 @@ def test_what_the_work_raises_is_raised(error: BaseException, kind: type[Excepti
 def test_what_cannot_be_told_is_said() -> None:
     with Apart(lambda _: lambda: None) as apart:
         assert list(apart.messages()) == []
-        with pytest.raises(RuntimeError, match="function cannot be told"):
+        with pytest.raises(RuntimeError, match="function cannot be sent"):
             apart.value()
 
 

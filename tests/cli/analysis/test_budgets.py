@@ -144,7 +144,7 @@ def test_a_limit_below_what_the_program_needs_is_said(net: Path) -> None:
     assert "the program itself needs 400 MiB" in ended.stderr
 
 
-@pytest.mark.parametrize(("command", "status"), [("statespace", 3), ("validate", 2)])
+@pytest.mark.parametrize(("command", "status"), [("statespace", 3), ("validate", 3)])
 @uses("ends")
 def test_memory_that_the_system_does_not_give_is_one_line(
     run: Run, net: Path, command: str, status: int, monkeypatch: pytest.MonkeyPatch

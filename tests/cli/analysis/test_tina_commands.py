@@ -207,7 +207,7 @@ class TestVerify:
     @uses("ends")
     def test_ctl_is_refused(self, run: Run, net: Path) -> None:
         result = run("verify", net, "--ctl", "AG a >= 0", *TINA)
-        assert is_one_line_of_wrong_use(result, "its program selt verifies LTL only (leave out --engine")
+        assert is_one_line_of_wrong_use(result, "its program selt verifies LTL only (omit --engine")
 
     @uses("ends")
     def test_a_program_that_is_missing(

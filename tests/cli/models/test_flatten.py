@@ -190,7 +190,7 @@ class Mine(Rule):
         (  # puts an element around the outermost page, which shows only when it runs
             "    odd = New(pn.Place, into=client.response.page.page.page.objects, id='odd')\n"
             "    lhs = [client]\n    rhs = [*lhs, odd]\n",
-            "{path}:12: Mine.odd cannot be made",
+            "{path}:12: Mine.odd cannot be created",
         ),
         (  # counts up to a number that the model leaves open
             "    number = Index(upto=client.channel.instances)\n    lhs = [client, number]\n    rhs = lhs\n",
