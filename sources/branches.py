@@ -39,6 +39,13 @@ class Anything(Condition):
 
 
 @dataclass(eq=False)
+class Received(Anything):
+    """A field of the message that the callback has received is true."""
+
+    name: str = ""
+
+
+@dataclass(eq=False)
 class Compared(Condition):
     """A comparison of a variable with a constant by ``==`` or ``is``; without one, a truth test."""
 
@@ -215,3 +222,63 @@ def variables_tested(block: Block) -> set[Variable]:
     """Return the variables that a block tests."""
     asked = (each for condition in conditions(block) for each in parts(condition))
     return {each.variable for each in asked if isinstance(each, Compared)}
+
+
+# ------------------------------------------------------------------------------------- fields of the message
+
+
+Fields = frozenset[tuple[str, bool]]
+"""Fields of a received message with their truth values."""
+
+
+def fields_of_effects(block: Block) -> dict[Effect, dict[str, bool]]:
+    """Return for each effect of a callback the fields of its message that are true or false then."""
+    found: dict[Effect, Fields] = {}
+    _follow(block, frozenset(), found)
+    return {effect: dict(fields) for effect, fields in found.items()}
+
+
+def _follow(block: Block, known: Fields, found: dict[Effect, Fields]) -> None:
+    """Follow the items of a block in which fields are known."""
+    for item in block:
+        if isinstance(item, Do):
+            found[item.effect] = found.get(item.effect, known) & known
+        if not isinstance(item, Branch):
+            for each in blocks(item):
+                _follow(each, known, found)
+            continue
+        for part in parts(item.condition):
+            _follow(part.before if isinstance(part, Anything) else [], known, found)
+        yes, no = (_both(known, _tested(item.condition, outcome)) for outcome in (True, False))
+        _follow(item.then, yes, found)
+        _follow(item.otherwise, no, found)
+        if _leaves(item.then) != _leaves(item.otherwise):
+            known = no if _leaves(item.then) else yes
+
+
+def _both(known: Fields, more: Fields) -> Fields:
+    """Return fields of two tests; those that contradict each other are left out."""
+    both = known | more
+    return frozenset((name, value) for name, value in both if (name, not value) not in both)
+
+
+def _tested(condition: Condition, outcome: bool) -> Fields:
+    """Return the fields that are known after a test."""
+    if isinstance(condition, Received):
+        return frozenset(((condition.name, outcome),))
+    if isinstance(condition, Negated):
+        return _tested(condition.condition, not outcome)
+    if isinstance(condition, Joined) and condition.is_or is not outcome:
+        found: Fields = frozenset()
+        for each in condition.conditions:
+            found = _both(found, _tested(each, outcome))
+        return found
+    return frozenset()
+
+
+def _leaves(block: Block) -> bool:
+    """Return whether nothing after a block runs; what raises an error may be caught by a ``with``."""
+    last = block[-1] if block else None
+    if isinstance(last, Branch):
+        return _leaves(last.then) and _leaves(last.otherwise)
+    return isinstance(last, Leave) and last.way != "raises"

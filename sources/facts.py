@@ -170,6 +170,10 @@ class Effect:
         Locks that are held meanwhile.
     path : tuple
         The calls that lead to it.
+    sends : dict of str to bool
+        Fields of the published message that have this value each time.
+    given : dict of str to bool
+        Fields of the message that the callback received: it has the effect only if they are true or false.
     """
 
     do: str
@@ -182,6 +186,8 @@ class Effect:
     timeout: float | None = None
     holding: tuple[str, ...] = ()
     path: tuple[object, ...] = field(default=(), repr=False)
+    sends: dict[str, bool] = field(default_factory=dict)
+    given: dict[str, bool] = field(default_factory=dict)
 
     def to_json(self) -> dict[str, Any]:
         """Return the effect in the schema of the facts."""
@@ -194,6 +200,10 @@ class Effect:
             found["then"] = self.then.name
         if self.holding:
             found["holding"] = list(self.holding)
+        if self.given:
+            found["if"] = self.given
+        if self.sends:
+            found["sends"] = self.sends
         return found
 
 
@@ -219,6 +229,8 @@ class CallbackFact:
         Whether it runs on a thread of its own, which is none of the executor's.
     body : list of branches.Item or None
         The effects in their branches; None where the order could not be followed.
+    answers : dict of str to bool
+        Of a service: fields of its response that have this value each time.
     """
 
     name: str
@@ -229,6 +241,7 @@ class CallbackFact:
     is_open: bool = False
     is_apart: bool = False
     body: list[Item] | None = field(default=None, repr=False)
+    answers: dict[str, bool] = field(default_factory=dict)
 
     def to_json(self) -> dict[str, Any]:
         """Return the callback in the schema of the facts."""
@@ -244,6 +257,8 @@ class CallbackFact:
             found["open"] = True
         if self.is_apart:
             found["thread"] = "its own"
+        if self.answers:
+            found["answers"] = self.answers
         return found
 
 

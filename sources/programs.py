@@ -10,13 +10,14 @@ from dataclasses import dataclass, field
 from pathlib import PurePosixPath
 from typing import Any
 
-from dineros.sources.branches import variables_set
+from dineros.sources.branches import fields_of_effects, variables_set
 from dineros.sources.facts import CallbackFact, Facts, NodeFact, Place
 from dineros.sources.folders import SourceFolder
 from dineros.sources.language.calls import Interpreter
 from dineros.sources.language.machine import Activity, TooLong
+from dineros.sources.language.messages import answered
 from dineros.sources.language.modules import Module, Modules
-from dineros.sources.language.values import Callback, Class, Frame, Function
+from dineros.sources.language.values import Bound, Callback, Class, Frame, Function
 from dineros.sources.left_out import lines
 from dineros.sources.libraries.certain import find_variables
 from dineros.sources.libraries.idioms import Idiom
@@ -324,9 +325,25 @@ def _read(machine: Interpreter, callback: Callback) -> None:
         found = machine.call(callback.function, list(callback.args), {}, node, frame)
         del found
     fact.body = activity.block
+    if not activity.is_lost:
+        for effect, fields in fields_of_effects(activity.block).items():
+            effect.given = fields
+    fact.answers = _answers(callback)
     if activity.is_lost:
         fact.body = None
         machine.attributes.names |= {each.name for each in variables_set(activity.block)}
+
+
+def _answers(callback: Callback) -> dict[str, bool]:
+    """Return the fields of a service's response that are certain, if one function makes each response."""
+    function, count = callback.function, 2
+    if isinstance(function, Bound):
+        function, count = function.function, 3
+    if callback.fact.kind != "service" or not isinstance(function, Function):
+        return {}
+    wanted = function.node.args
+    has_more = wanted.posonlyargs or wanted.vararg or wanted.kwonlyargs or wanted.kwarg
+    return {} if has_more or len(wanted.args) != count else answered(function.node)
 
 
 def _target(function: object) -> object:

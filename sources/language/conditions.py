@@ -15,11 +15,13 @@ from dineros.sources.branches import (
     Joined,
     Negated,
     Put,
+    Received,
     constant,
 )
 from dineros.sources.facts import CallbackFact, Item, Known, Place, Variable
 from dineros.sources.language.importing import Imports
 from dineros.sources.language.machine import Activity
+from dineros.sources.language.messages import is_only_read
 from dineros.sources.language.values import (
     Bound,
     Class,
@@ -29,6 +31,7 @@ from dineros.sources.language.values import (
     Function,
     Future,
     Goal,
+    Message,
     Object,
     Outside,
     Port,
@@ -75,11 +78,26 @@ class Conditions(Imports):
         return Anything()
 
     def _asked(self, test: ast.Attribute, frame: Frame) -> Condition:
+        if self._is_received(test, frame):
+            return Received(name=test.attr)
         value = self._alone(test.value, frame)
         if isinstance(value, Goal) and value.side == "client" and test.attr == "accepted":
             return Accepted(value.entity)
         variable = self._attribute(value, test.attr)
         return Anything() if variable is None else Compared(variable, "==", self.place(test, frame))
+
+    def _is_received(self, test: ast.Attribute, frame: Frame) -> bool:
+        """Return whether a test asks a field of the message that the callback has received, unchanged."""
+        if not isinstance(test.value, ast.Name) or len(self.calls) != 1 or test.attr.startswith("_"):
+            return False
+        value, function = frame.names.get(test.value.id), frame.function
+        return (
+            isinstance(value, Message)
+            and value.entity is not None
+            and value.entity.callbacks.get("callback") is self.activity.fact
+            and function is self.calls[0]
+            and is_only_read(function.node, test.value.id)
+        )
 
     def _compared(self, left: ast.expr, operator: ast.cmpop, right: ast.expr, frame: Frame) -> Condition:
         if isinstance(operator, (ast.Eq, ast.NotEq)) and not isinstance(left, ast.Attribute):

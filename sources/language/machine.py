@@ -273,6 +273,7 @@ class Machine:
         how: str = "",
         entity: Entity | None = None,
         timeout: float | None = None,
+        sends: dict[str, bool] | None = None,
     ) -> Effect:
         """Record an effect of the activity; equal effects at one location are recorded once."""
         activity = self.activity
@@ -288,9 +289,13 @@ class Machine:
                 what,
                 path,
             ) and known.entity is entity:
+                known.sends = {
+                    key: each for key, each in known.sends.items() if (sends or {}).get(key) is each
+                }
                 activity.block.append(Do(known))
                 return known
         found = Effect(do, what, at, when, how, entity, None, timeout, tuple(activity.holding), path)
+        found.sends = dict(sends or {})
         activity.fact.effects.append(found)
         activity.block.append(Do(found))
         return found

@@ -32,6 +32,13 @@ class Open(Value):
     text: str = "?"
 
 
+@dataclass(eq=False)
+class Message(Open):
+    """What the callback of a subscription receives."""
+
+    entity: Entity | None = None
+
+
 SETTINGS = ("parameter", "environment", "option")
 """How the origin of a value begins that people can set from outside."""
 
@@ -365,7 +372,9 @@ def same(one: Value, other: Value) -> bool:
         return True
     if isinstance(one, Const) and isinstance(other, Const):
         return type(one.value) is type(other.value) and one.value == other.value
-    if isinstance(one, (Text, Outside, Open)):
+    if isinstance(one, Open) and isinstance(other, Open):
+        return one.text == other.text
+    if isinstance(one, (Text, Outside)):
         return type(one) is type(other) and vars(one) == vars(other)
     if isinstance(one, Bound) and isinstance(other, Bound):
         return one.function is other.function and one.instance is other.instance

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 
 from dineros.sources.facts import Entity, NodeFact
+from dineros.sources.language.messages import sent
 from dineros.sources.language.values import (
     NONE,
     Frame,
@@ -14,6 +15,7 @@ from dineros.sources.language.values import (
     Made,
     Mapping,
     Open,
+    Outside,
     OutsideMethod,
     Port,
     Value,
@@ -70,7 +72,7 @@ class Doer:
         effect = self.machine.effect
         call = Made(name, args, keys, self.machine.place(node, frame))
         if kind == "publishers" and name == "publish":
-            effect("publish", entity.port, node, frame, entity=entity)
+            effect("publish", entity.port, node, frame, entity=entity, sends=self._sent(entity, node, frame))
             return NONE
         if kind == "clients":
             if name == "call_async":
@@ -96,6 +98,24 @@ class Doer:
         if name == "destroy" and self.is_callback():
             effect("destroy", entity.port, node, frame, entity=entity)
         return None
+
+    def _sent(self, entity: Entity, node: ast.AST, frame: Frame) -> dict[str, bool]:
+        """Return the fields of a published message that are certain, if the code makes it of its class."""
+        if not isinstance(node, ast.Call) or not isinstance(node.func, ast.Attribute):
+            return {}
+        if node.func.attr != "publish":
+            return {}
+        fields, maker = sent(None if frame.function is None else frame.function.node, node)
+        root = maker
+        while isinstance(root, ast.Attribute):
+            root = root.value
+        if maker is None or not fields or not isinstance(root, ast.Name):
+            return {}
+        if not isinstance(self.machine.evaluate(root, frame), Outside):
+            return {}  # what else has attributes may compute them
+        made = self.machine.evaluate(maker, frame)
+        is_class = isinstance(made, Outside) and made.path == entity.type.replace("/", ".")
+        return fields if is_class and not made.is_star else {}
 
     def _action_client(
         self, entity: Entity, port: Port, call: Made, node: ast.AST, frame: Frame

@@ -15,6 +15,7 @@ from dineros.sources.language.values import (
     Holder,
     Items,
     Made,
+    Message,
     Object,
     Open,
     Outside,
@@ -293,7 +294,12 @@ class Maker:
             self.type(entity, call.argument(0, "msg_type"))
             self.name(entity, chosen or call.argument(1, "topic"))
             self.callback(
-                entity, "callback", call.argument(2, "callback"), fact, [Open("message")], "subscription"
+                entity,
+                "callback",
+                call.argument(2, "callback"),
+                fact,
+                [Message("message", entity)],
+                "subscription",
             )
             self.quality(entity, call.argument(3, "qos_profile"))
             self.group(entity, call.argument(-1, "callback_group"), fact)
