@@ -43,6 +43,7 @@ class Received(Anything):
     """A field of the message that the callback has received is true."""
 
     name: str = ""
+    at: Place | None = None
 
 
 @dataclass(eq=False)

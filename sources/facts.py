@@ -82,6 +82,8 @@ class Entity:
         By their role: ``callback``, ``execute``, ``goal``, ``cancel``, ``accepted``.
     is_enabled : bool
         Whether it is made with the default values of parameters and environment.
+    is_lent : bool
+        Whether code that is not in the folder gets it, and may use it.
     """
 
     kind: str
@@ -93,6 +95,7 @@ class Entity:
     callbacks: dict[str, CallbackFact] = field(default_factory=dict)
     is_enabled: bool = True
     group: Entity | None = None
+    is_lent: bool = False
 
     @property
     def is_anonymous_group(self) -> bool:

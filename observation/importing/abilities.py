@@ -56,6 +56,7 @@ class Abilities:
             name = endpoint.topic
             id = self._ids.new(f"{self._net.id}.{flat(name)}")
             place = sym.Place(id=id, page=self._net, sourceLine=endpoint.at or None)
+            place.tokenType = self._channels.tokens(name)
             limit, is_taken = self._depth(endpoint)
             port = self._channels.publish(endpoint, place, limit)
             if is_taken:

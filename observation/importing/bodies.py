@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from dineros.metamodel import pn, sym
 from dineros.metamodel.build import flow
 from dineros.observation.importing.flows.graphs import steps_of
-from dineros.observation.importing.flows.labels import Ask, Flow, Set, Step
+from dineros.observation.importing.flows.labels import Ask, Flow, Received, Set, Step
 from dineros.observation.importing.names import Ids, flat
 
 
@@ -119,6 +119,26 @@ class Body:
             state = after
         return state
 
+    def decide(self, begin: sym.Transition, message: sym.Place, received: Received) -> pn.Place:
+        """Add the branches of a callback that a field of its message decides; return the last place."""
+        state = self.place("runs", tokenType=message.tokenType)
+        flow(begin, state)
+        begin.assigns = f"{_field(state, received.name)} := {_field(message, received.name)}"
+        flows = ((True, received.is_true), (False, received.is_false))
+        self._limit(step for _, each in flows for step in steps_of(each))
+        after = self.place("goes_on")
+        for value, branches in flows:
+            text = str(value).lower()
+            tests = self.transition(f"{flat(received.name)}_is_{text}", at=received.at)
+            tests.guard = f"{_field(state, received.name)} = {text}"
+            if branches.start == branches.end:
+                flow(state, tests, after)
+                continue
+            first = self.place("goes_on")
+            flow(state, tests, first)
+            self._follow(first, branches, after)
+        return after
+
     def _limit(self, steps: Iterable[Step]) -> None:
         """Represent all calls of a service by one client: it has a time-out only if all calls have one."""
         for step in steps:
@@ -128,10 +148,12 @@ class Body:
                 both = known is not None and step.timeout is not None
                 self._limits[client] = max(known or 0, step.timeout or 0) if both else None
 
-    def _follow(self, first: pn.Place, branches: Flow) -> pn.Place:
-        """Add a flow after a place; return the place where it ends."""
+    def _follow(self, first: pn.Place, branches: Flow, last: pn.Place | None = None) -> pn.Place:
+        """Add a flow after a place, up to a place if one is given; return the place where it ends."""
         self._limit(steps_of(branches))
         states: dict[int, pn.Place] = {branches.start: first}
+        if last is not None:
+            states[branches.end] = last
         for edge in branches.edges:
             for state in (edge.source, edge.target):
                 if state not in states:
@@ -205,6 +227,10 @@ class Body:
             does = self.transition(f"{_VERBS[step.verb]}_{name}", at=step.at)
             flow(before, does, after)
             flow(does, self._here(place))
+            if step.sends and isinstance(place, sym.Place) and place.tokenType is not None:
+                does.assigns = ", ".join(
+                    f"{_field(place, name)} := {str(value).lower()}" for name, value in step.sends
+                )
 
     def _here(self, place: pn.Place) -> pn.ReferencePlace:
         """Return the reference to a place of the node on this page."""
@@ -215,6 +241,12 @@ class Body:
 
     def _id(self, word: str) -> str:
         return self._ids.new(f"{self.page.id}.{word}")
+
+
+def _field(place: pn.Place, field: str) -> str:
+    """Return a field of the token of a place, as guards and assignments write it."""
+    quoted = str(place.id).replace("\\", "\\\\").replace('"', '\\"')
+    return f'"{quoted}".{field}'
 
 
 _VERBS = {"publish": "publishes", "send": "sends", "goal": "wants", "cancel": "cancels"}

@@ -9,6 +9,7 @@ from dineros.metamodel import pn, sym
 from dineros.metamodel.build import seconds
 from dineros.observation.importing.assuming import Assumed
 from dineros.observation.importing.channels import Channels
+from dineros.observation.importing.flows.fields import certain
 from dineros.observation.importing.given import Given, GivenService, GivenTopic, Span
 from dineros.observation.importing.nodes import NodeBuilder
 from dineros.observation.importing.whole import whole
@@ -65,7 +66,7 @@ def to_model(system: ObservedSystem, given: Given | None = None, id: str = "obse
     """
     given = given or Given()
     found = whole(system, given)
-    channels, assumed = Channels(), list[Assumed]()
+    channels, assumed = Channels(certain(given.deciding, found.nodes, given)), list[Assumed]()
     channels.ids.new(id)
     model = sym.SystemModel(id=id, middleware="ros2")
     if given.latency is not None or given.takes is not None:
@@ -75,6 +76,7 @@ def to_model(system: ObservedSystem, given: Given | None = None, id: str = "obse
         model.pages.append(builder.build())
         assumed += builder.assumed
     model.channels.extend(channels.all())
+    model.otherTokenTypes.extend(channels.types.values())
     for name, text in given.properties.items():
         model.properties.append(sym.Property(id=channels.ids.new(name), text=text))
     names = {node.name for node in found.nodes}

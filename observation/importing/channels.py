@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from dineros.metamodel import pn, sym
 from dineros.metamodel.matching import Quality
+from dineros.observation.importing.flows.labels import Deciding
 from dineros.observation.importing.names import Ids, flat
 from dineros.observation.systems import USUAL, Endpoint, TopicEndpoint
 
@@ -17,13 +20,29 @@ class Channels:
         Creates the ids of the model.
     topics, services, actions : dict
         The channels by their full names.
+    deciding : mapping of str to Deciding
+        Topics whose messages carry data, as callbacks depend on it.
+    types : dict of str to TokenType
+        Token types of such messages, by the type of the message.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, deciding: Mapping[str, Deciding] | None = None) -> None:
         self.ids = Ids()
+        self.deciding = deciding or {}
+        self.types: dict[str, sym.TokenType] = {}
         self.topics: dict[str, sym.TopicChannel] = {}
         self.services: dict[str, sym.ServiceChannel] = {}
         self.actions: dict[str, sym.ActionChannel] = {}
+
+    def tokens(self, topic: str) -> sym.TokenType | None:
+        """Return the token type of the messages of a topic; None: their data does not matter."""
+        if topic not in self.deciding:
+            return None
+        name = self.deciding[topic].type
+        if name not in self.types:
+            id = self.ids.new(f"type.{flat(name)}")
+            self.types[name] = sym.TokenType(id=id, ros=name)
+        return self.types[name]
 
     def all(self) -> list[sym.Channel]:
         """Return all channels, by their names."""
@@ -72,7 +91,8 @@ class Channels:
         name = endpoint.topic
         if name not in self.topics:
             id = self.ids.new(f"topic.{flat(name)}")
-            self.topics[name] = sym.TopicChannel(id=id, topic=name, type=endpoint.type)
+            type = None if name in self.deciding else endpoint.type  # that of its tokens
+            self.topics[name] = sym.TopicChannel(id=id, topic=name, type=type)
         return self.topics[name]
 
     def _service(self, endpoint: Endpoint) -> sym.ServiceChannel:

@@ -10,7 +10,8 @@ from dineros.metamodel.matching import Quality
 from dineros.metamodel.ros_names import snake_case
 from dineros.observation.importing.assuming import Taken, of_client
 from dineros.observation.importing.flows.deciding import Decisions
-from dineros.observation.importing.flows.labels import Step
+from dineros.observation.importing.flows.fields import deciding_fields
+from dineros.observation.importing.flows.labels import Deciding, Received, Step
 from dineros.observation.importing.given import Given, GivenCallback, GivenNode
 from dineros.observation.importing.groups.of_node import GroupsOfNode
 from dineros.observation.importing.groups.sharing import free_name, share_executors
@@ -75,9 +76,11 @@ def coded(read: Iterable[tuple[str, Facts]], source: str) -> Coded:
     read = list(read)
     coded_nodes = [_CodedNode(fact, taken, folder) for folder, facts in read for fact in facts.nodes]
     types = types_of(each.names for each in coded_nodes)
+    deciding = deciding_fields((one.fact, one.names) for one in coded_nodes)
     for number, one in enumerate(coded_nodes):
         fact = one.fact
         one.chosen = taken_of(one.names, number, types)
+        one.deciding = deciding
         if one.name in nodes:
             taken.lack(
                 f"{one.at(fact.at)}: node {one.name} of {fact.program} is omitted: another node has this name"
@@ -92,7 +95,7 @@ def coded(read: Iterable[tuple[str, Facts]], source: str) -> Coded:
     ordered = tuple(nodes[name] for name in sorted(nodes))
     system = ObservedSystem(source, ordered, is_partial=True)
     absent = taken.lacks + sum(len(facts.unread) for _, facts in read)
-    return Coded(system, Given(given), taken.lines, apart, absent)
+    return Coded(system, Given(given, deciding=deciding), taken.lines, apart, absent)
 
 
 def merged(code: Given, people: Given) -> Given:
@@ -116,7 +119,7 @@ def merged(code: Given, people: Given) -> Given:
             open_timers=known.open_timers if said.timers is None else frozenset(),
             variables=known.variables if all(each.does is None for each in said.callbacks.values()) else {},
         )
-    return replace(people, nodes=nodes)
+    return replace(people, nodes=nodes, deciding=code.deciding)
 
 
 def _corrected(code: GivenCallback | None, said: GivenCallback) -> GivenCallback:
@@ -129,6 +132,7 @@ def _corrected(code: GivenCallback | None, said: GivenCallback) -> GivenCallback
         group=code.group if said.group is None else said.group,
         awaits=said.awaits or (said.does is None and code.awaits),
         takes=code.takes if said.takes is None else said.takes,
+        received=code.received if said.does is None else None,
         offset=said.offset,
         jitter=said.jitter,
         measured=said.measured,
@@ -160,6 +164,7 @@ class _CodedNode:
         self.name = self._full(name)
         self._groups = GroupsOfNode(fact, taken, self.at)
         self._open_timers: set[str] = set()
+        self.deciding: dict[str, Deciding] = {}
         self.is_spun = fact.threads != "not spun"
         self.names: dict[Entity, str] = {}
         self.chosen: dict[tuple[str, str], Entity] = {}
@@ -268,7 +273,12 @@ class _CodedNode:
     def given(self) -> GivenNode:
         """Return the node's behaviour from the code."""
         behaviour = Behaviour(
-            self.names, self._taken, self._folder, self.fact.entities, self._groups_of_clients()
+            self.names,
+            self._taken,
+            self._folder,
+            self.fact.entities,
+            self._groups_of_clients(),
+            self.deciding,
         )
         self._decisions = Decisions(
             self.fact,
@@ -343,7 +353,17 @@ class _CodedNode:
             self.at(fact.at),
             sleeps_of(fact),
             flow=self._decisions.of(entity, "execute" if entity.kind == "action_servers" else "callback"),
+            received=self._received(entity),
         )
+
+    def _received(self, entity: Entity) -> Received | None:
+        """Return the branches of a subscription's callback, if a field of its message decides."""
+        deciding = self.deciding.get(self.names.get(entity, "")) if entity.kind == "subscriptions" else None
+        found = None if deciding is None else self._decisions.received(entity, deciding.name)
+        if found is not None:
+            words = f"{found.name} decides; {self.names[entity]} is assumed to have the known publishers only"
+            self._taken.add(f"{found.at}: {words}")
+        return found
 
     def _timer(
         self,

@@ -49,7 +49,7 @@ from typing import Any, TypeVar
 from dineros.metamodel.errors import DinerosError, Location, near_matches
 from dineros.metamodel.files.reading import read_bytes
 from dineros.metamodel.files.toml import decode_toml
-from dineros.observation.importing.flows.labels import Flow, GivenVariable, Step
+from dineros.observation.importing.flows.labels import Deciding, Flow, GivenVariable, Received, Step
 
 Span = tuple[float, float | None]
 """Least and greatest seconds; None: unbounded."""
@@ -87,6 +87,8 @@ class GivenCallback:
         Its steps in branches, if it depends on variables; of an action client, its handling of results.
     accepted, rejected : Flow or None
         Of an action client: its handling of accepted and rejected goals.
+    received : Received or None
+        Its steps in branches, if it depends on a field of the message that it receives.
     """
 
     does: tuple[Step, ...] | None = None
@@ -100,6 +102,7 @@ class GivenCallback:
     flow: Flow | None = None
     accepted: Flow | None = None
     rejected: Flow | None = None
+    received: Received | None = None
 
 
 @dataclass(frozen=True)
@@ -163,6 +166,7 @@ class Given:
     latency: Span | None = None
     takes: Span | None = None
     properties: Mapping[str, str] = field(default_factory=dict)
+    deciding: Mapping[str, Deciding] = field(default_factory=dict)
 
     def node(self, name: str) -> GivenNode:
         """Return the facts given for a node."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.build import flow, seconds
@@ -11,7 +12,7 @@ from dineros.observation.importing.abilities import Abilities
 from dineros.observation.importing.assuming import TIMER, USUAL_PERIOD, of_client, quoted
 from dineros.observation.importing.bodies import Body, Call, Possible
 from dineros.observation.importing.flows.graphs import relabelled, variables_of
-from dineros.observation.importing.flows.labels import Flow, Label, Set, Step
+from dineros.observation.importing.flows.labels import Flow, Label, Received, Set, Step
 from dineros.observation.importing.flows.narrowing import narrowed
 from dineros.observation.importing.given import LIFE, GivenCallback
 from dineros.observation.importing.names import flat, split
@@ -126,13 +127,29 @@ class NodeBuilder(Abilities):
         body = self._page(name, f"on_{flat(endpoint.topic)}{owner}", "subscriber", at=endpoint.at)
         place, begin = body.place("message", sourceLine=endpoint.at or None), body.transition("begins")
         flow(place, begin)
-        state = body.run(begin, *self._does(name))
+        place.tokenType = self._channels.tokens(endpoint.topic)
+        received = self._received(name, endpoint.topic)
+        if received is None:
+            state = body.run(begin, *self._does(name))
+        else:
+            state = body.decide(begin, place, received)
         body.end(body.store(state, self._possible.waits.get(Step("wait", endpoint.topic))))
         limit, is_taken = self._depth(endpoint)
         port = self._channels.subscribe(endpoint, place, limit)
         if is_taken:
             self._assume_depth(port, endpoint.topic, limit)
         self._newest(port, endpoint, limit)
+
+    def _received(self, name: str, topic: str) -> Received | None:
+        """Return the branches of a callback by the field of its message that the model has."""
+        said = self._said.callbacks.get(name, GivenCallback())
+        deciding = self._channels.deciding.get(topic)
+        if said.received is None or deciding is None or said.does is None or said.flow is not None:
+            return None
+        if deciding.name != said.received.name:
+            return None
+        yes, no = self._able(name, said.received.is_true), self._able(name, said.received.is_false)
+        return replace(said.received, is_true=yes, is_false=no)
 
     def _newest(self, port: sym.SubscriberPort, endpoint: TopicEndpoint, limit: int) -> None:
         """Decide whether a reader needs only the newest message: by default, from its QoS."""

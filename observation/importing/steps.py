@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 from dineros.observation.importing.assuming import Taken
-from dineros.observation.importing.flows.labels import Step
+from dineros.observation.importing.flows.labels import Deciding, Step
 from dineros.sources.facts import CallbackFact, Effect, Entity, located
 
 _TIMES = {"always": "", "conditional": "?", "in a loop": "*"}
@@ -33,6 +33,8 @@ class Behaviour:
     groups : mapping of Entity to str
         Callback groups of clients that have another one than the first client of their service; empty: the
         default group.
+    deciding : mapping of str to Deciding
+        Topics with a field on which callbacks depend.
     """
 
     def __init__(
@@ -42,7 +44,9 @@ class Behaviour:
         folder: str = "",
         own: Iterable[Entity] = (),
         groups: Mapping[Entity, str] | None = None,
+        deciding: Mapping[str, Deciding] | None = None,
     ) -> None:
+        self._deciding = deciding or {}
         self._groups = groups or {}
         self._names = names
         self._own = set(own)
@@ -81,9 +85,15 @@ class Behaviour:
             return None
         timeout = self._timeout(effect, at) if verb == "call" else None
         name, group = self._names[effect.entity], self._groups.get(effect.entity)
-        step = Step(verb, name, _TIMES[effect.when], at, timeout, group)
+        step = Step(verb, name, _TIMES[effect.when], at, timeout, group, self._sends(effect, name))
         is_one_of_several = effect.entity.details.get("instances") and step.times == ""
         return replace(step, times="?") if is_one_of_several else step
+
+    def _sends(self, effect: Effect, name: str) -> tuple[tuple[str, bool], ...]:
+        deciding = self._deciding.get(name) if effect.do == "publish" else None
+        if deciding is None or deciding.name not in effect.sends:
+            return ()
+        return ((deciding.name, effect.sends[deciding.name]),)
 
     def in_branch(self, effect: Effect) -> Step | None:
         """Return the step of an effect in its branch, where it happens once, possibly one of several."""

@@ -79,7 +79,7 @@ class Conditions(Imports):
 
     def _asked(self, test: ast.Attribute, frame: Frame) -> Condition:
         if self._is_received(test, frame):
-            return Received(name=test.attr)
+            return Received(name=test.attr, at=self.place(test, frame))
         value = self._alone(test.value, frame)
         if isinstance(value, Goal) and value.side == "client" and test.attr == "accepted":
             return Accepted(value.entity)

@@ -26,6 +26,7 @@ from dineros.sources.language.values import (
     Open,
     OutsideMethod,
     Partial,
+    Port,
     Slot,
     Value,
     join,
@@ -255,6 +256,10 @@ class Machine:
         for each in options(value):
             if isinstance(each, (Function, Bound, Partial)):
                 self.attributes.may_call(each)
+            elif isinstance(each, Port):
+                each.entity.is_lent = True
+            elif isinstance(each, OutsideMethod) and isinstance(each.instance, Port):
+                each.instance.entity.is_lent = True
             elif isinstance(each, Items) and depth:
                 for item in each.items:
                     self.escape(item, depth - 1)

@@ -83,11 +83,11 @@ def answered(function: ast.AST) -> dict[str, bool]:
     name = function.args.args[-1].arg
     if not _is_parameter(function, name) or not isinstance(function.body[-1], ast.Return):
         return {}
-    returns = [each for each in ast.walk(function) if isinstance(each, ast.Return)]
-    if not all(isinstance(each.value, ast.Name) and each.value.id == name for each in returns):
+    returned = [each.value for each in ast.walk(function) if isinstance(each, ast.Return)]
+    if not all(isinstance(each, ast.Name) and each.id == name for each in returned):
         return {}
     fields = _fields(function, name)
-    if _uses(function, name) != {id(each.value) for each in (*fields, *returns)}:
+    if _uses(function, name) != {*map(id, returned), *(id(each.value) for each in fields)}:
         return {}
     found: dict[str, bool] = {}
     for statement in function.body:

@@ -114,8 +114,9 @@ class Doer:
         if not isinstance(self.machine.evaluate(root, frame), Outside):
             return {}  # what else has attributes may compute them
         made = self.machine.evaluate(maker, frame)
-        is_class = isinstance(made, Outside) and made.path == entity.type.replace("/", ".")
-        return fields if is_class and not made.is_star else {}
+        if not isinstance(made, Outside) or made.is_star:
+            return {}
+        return fields if made.path == entity.type.replace("/", ".") else {}
 
     def _action_client(
         self, entity: Entity, port: Port, call: Made, node: ast.AST, frame: Frame

@@ -22,6 +22,7 @@ from dineros.sources.branches import (
     Loop,
     Negated,
     Put,
+    Received,
     Turns,
     blocks,
 )
@@ -47,6 +48,8 @@ class Branching:
         Whether the goal is accepted of which the callback is told; None: it may be or not.
     folder : str
         In which the files are.
+    received : mapping of str to bool
+        Fields of the message that the callback has received.
     """
 
     def __init__(
@@ -56,7 +59,9 @@ class Branching:
         texts: Callable[[Variable], Mapping[tuple[object, ...], str]],
         accepted: bool | None = None,
         folder: str = "",
+        received: Mapping[str, bool] | None = None,
     ) -> None:
+        self._received = received or {}
         self._folder = folder
         self._step, self._names, self._texts, self._accepted = step, names, texts, accepted
         self._ways: dict[str, int] = {"returns": END, "raises": END, "breaks": END, "continues": END}
@@ -230,6 +235,8 @@ class Branching:
                     self.graph.edge(state, Ask(name, values, self._at(condition.at)), target)
         elif isinstance(condition, Accepted) and self._accepted is not None:
             self.graph.edge(state, None, yes if self._accepted else no)
+        elif isinstance(condition, Received) and condition.name in self._received:
+            self.graph.edge(state, None, yes if self._received[condition.name] else no)
         else:
             if isinstance(condition, Anything):
                 state = self._block(condition.before, state)
@@ -259,4 +266,6 @@ def _asks(condition: Condition) -> tuple[object, ...]:
         return (condition.is_or, *(_asks(each) for each in condition.conditions))
     if isinstance(condition, Compared):
         return (id(condition.variable), condition.operator, condition.value)
+    if isinstance(condition, Received):
+        return ("received", condition.name)
     return (type(condition).__name__, id(getattr(condition, "client", None)))

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 
 from dineros.observation.importing.flows.branching import Branching
 from dineros.observation.importing.flows.graphs import either, passes, simplified, variables_of, without_marks
-from dineros.observation.importing.flows.labels import Ask, Flow, GivenVariable, Label, Mark, Step
-from dineros.sources.branches import OTHER, SOME, variables_set
+from dineros.observation.importing.flows.labels import Ask, Flow, GivenVariable, Label, Mark, Received, Step
+from dineros.sources.branches import OTHER, SOME, conditions, parts, variables_set
+from dineros.sources.branches import Received as TestOfField
 from dineros.sources.facts import CallbackFact, Effect, Entity, Known, NodeFact, Variable, is_open, located
 
 MOST_EDGES = 400
@@ -91,6 +92,25 @@ class Decisions:
             return None
         flow = self._flow(fact)
         return without_marks(flow) if self._decides(flow) else None
+
+    def received(self, entity: Entity, field: str) -> Received | None:
+        """Return the flows of a subscription's callback by a field of its message; None: it does not decide.
+
+        Callbacks that depend on variables, too, stay open about the message.
+        """
+        fact = entity.callbacks.get("callback")
+        if fact is None or fact not in self._called or self._decides(self._flow(fact)):
+            return None
+        tests = [each for each in tested(fact) if each.name == field]
+        flows = []
+        for value in (True, False):
+            made = Branching(self._label, {}, _texts, None, self._folder, {field: value})
+            start = made.read(fact.body or [])
+            flows.append(without_marks(simplified(made.graph, start, {})))
+        if flows[0] == flows[1] or max(len(flow.edges) for flow in flows) > MOST_EDGES:
+            return None
+        at = next((each.at for each in tests if each.at is not None), None)
+        return Received(field, flows[0], flows[1], "" if at is None else located(at, self._folder))
 
     def after(self, client: Entity) -> Flow | None:
         """Return the flow started by the responses of a client, or by the results of its goals."""
@@ -218,6 +238,13 @@ class Decisions:
         is_settled = len(left) == len(self._variables)
         self._variables = left
         return is_settled
+
+
+def tested(fact: CallbackFact) -> list[TestOfField]:
+    """Return the tests of fields of the message that a callback receives, in the order of the code."""
+    found = [each for one in conditions(fact.body or []) for each in parts(one)]
+    tests = [each for each in found if isinstance(each, TestOfField)]
+    return sorted(tests, key=lambda each: 0 if each.at is None else each.at.line)
 
 
 def _texts(variable: Variable) -> dict[Known, str]:

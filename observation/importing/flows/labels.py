@@ -27,6 +27,8 @@ class Step:
     group : str or None
         Callback group of the client that calls, if the node has several of one service: a name, or empty for
         the node's default group. None: the group that is given of the client.
+    sends : tuple of (str, bool)
+        Fields of the published message that decide about branches and have this value each time.
     """
 
     verb: str
@@ -35,6 +37,7 @@ class Step:
     at: str = field(default="", compare=False)
     timeout: float | None = field(default=None, compare=False)
     group: str | None = field(default=None, compare=False)
+    sends: tuple[tuple[str, bool], ...] = ()
 
     def __str__(self) -> str:
         return f"{self.verb} {self.name}{f' {self.times}' if self.times else ''}"
@@ -96,6 +99,34 @@ class Flow:
     edges: tuple[Edge, ...]
     start: int
     end: int
+
+
+@dataclass(frozen=True)
+class Received:
+    """The behaviour of a callback that tests a field of the message that it receives.
+
+    Attributes
+    ----------
+    name : str
+        The field.
+    is_true, is_false : Flow
+        What the callback does if the field is true, and if it is false.
+    at : str
+        The line of the test.
+    """
+
+    name: str
+    is_true: Flow
+    is_false: Flow
+    at: str = field(default="", compare=False)
+
+
+@dataclass(frozen=True)
+class Deciding:
+    """A field of the messages of a topic on which callbacks depend: their type, and its name."""
+
+    type: str
+    name: str
 
 
 @dataclass(frozen=True)

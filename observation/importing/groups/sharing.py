@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from functools import partial
 from typing import Any
 
 from dineros.observation.importing.assuming import Taken, of_client
 from dineros.observation.importing.flows.graphs import relabelled
-from dineros.observation.importing.flows.labels import Ask, Flow, GivenVariable, Label, Set, Step
+from dineros.observation.importing.flows.labels import Ask, Flow, GivenVariable, Label, Received, Set, Step
 from dineros.observation.importing.given import GivenCallback, GivenNode
 from dineros.observation.systems import ObservedNode
 from dineros.sources.facts import NodeFact
@@ -63,6 +63,15 @@ def _moved(
         return label
 
     return None if flow is None else relabelled(flow, change)
+
+
+def _received(received: Received | None, move: Callable[[Flow | None], Flow | None]) -> Received | None:
+    """Return the branches of a callback by its message, with the names of the joined node."""
+    if received is None:
+        return None
+    yes, no = move(received.is_true), move(received.is_false)
+    assert yes is not None and no is not None
+    return replace(received, is_true=yes, is_false=no)
 
 
 def _heard(names: list[str], nodes: Mapping[str, ObservedNode]) -> dict[str, ObservedNode] | None:
@@ -146,6 +155,7 @@ def _join(
                 flow=move(callback.flow),
                 accepted=move(callback.accepted),
                 rejected=move(callback.rejected),
+                received=_received(callback.received, move),
             )
         newest |= {keys.get(topic, topic): each for topic, each in given[name].newest.items()}
     given[first] = replace(
