@@ -172,6 +172,7 @@ FOLDERS = {
             "modules",
             "values",
             "constants",
+            "messages",
             "attributes",
             "machine",
             "operations",
