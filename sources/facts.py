@@ -321,6 +321,8 @@ class NodeFact:
         Nodes that libraries make besides: where, and in words.
     variables : list of branches.Variable
         Attributes with few values, of which all assignments are known.
+    is_lent : bool
+        Whether code that is not in the folder gets it, and may use its ports.
     """
 
     cls: str
@@ -342,6 +344,7 @@ class NodeFact:
     plugin: str = ""
     variables: list[Variable] = field(default_factory=list)
     others: list[tuple[Place, str]] = field(default_factory=list)
+    is_lent: bool = False
 
     def of(self, kind: str) -> list[Entity]:
         """Return the entities of a kind."""

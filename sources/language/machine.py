@@ -27,6 +27,7 @@ from dineros.sources.language.values import (
     OutsideMethod,
     Partial,
     Port,
+    RunningNode,
     Slot,
     Value,
     join,
@@ -258,6 +259,10 @@ class Machine:
                 self.attributes.may_call(each)
             elif isinstance(each, Port):
                 each.entity.is_lent = True
+            elif isinstance(each, RunningNode):
+                each.fact.is_lent = True
+            elif isinstance(each, Object):
+                self._lend(each, depth)
             elif isinstance(each, OutsideMethod) and isinstance(each.instance, Port):
                 each.instance.entity.is_lent = True
             elif isinstance(each, Items) and depth:
@@ -266,6 +271,18 @@ class Machine:
             elif isinstance(each, Mapping) and depth:
                 for item in (*each.items.values(), *each.rest):
                     self.escape(item, depth - 1)
+
+    def _lend(self, instance: Object, depth: int) -> None:
+        """Record that unknown code receives an object, with all ports that it has."""
+        if instance.node is not None:
+            instance.node.is_lent = True
+        for slot in instance.slots.values() if depth else ():
+            for value in slot.values:
+                for each in options(value):
+                    if isinstance(each, Port):
+                        each.entity.is_lent = True
+                    elif isinstance(each, Object) and each is not instance:
+                        self._lend(each, depth - 1)
 
     # -------------------------------------------------------------------------------------- what it has found
 

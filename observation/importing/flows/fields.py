@@ -34,7 +34,7 @@ def deciding_fields(nodes: Iterable[tuple[NodeFact, Mapping[Entity, str]]]) -> d
         for entity, name in names.items():
             if entity.kind in ("publishers", "subscriptions"):
                 types.setdefault(name, set()).add(entity.type)
-            if entity.kind == "publishers" and (entity.is_lent or "via" in entity.details):
+            if entity.kind == "publishers" and (fact.is_lent or entity.is_lent or "via" in entity.details):
                 lent.add(name)  # code that is not in the folder may publish, too
             callback = entity.callbacks.get("callback")
             if entity.kind == "subscriptions" and callback is not None:

@@ -200,6 +200,8 @@ def test_without_a_certain_publisher_nothing_changes(tmp_path: Path) -> None:
         "        random.seed([self.out])",
         "        self.register(self.out.publish)",
         "        random.holder.out = self.out",
+        "        random.Helper(self)",
+        "        random.Helper([self])",
     ],
 )
 def test_a_publisher_that_unknown_code_gets_is_open(tmp_path: Path, lends: str) -> None:
