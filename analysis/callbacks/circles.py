@@ -92,7 +92,21 @@ class Circle:
         parts += [words.clause(waiter) for waiter in beside[:MOST_NAMED]]
         if len(beside) > MOST_NAMED:
             parts.append(f"{len(beside) - MOST_NAMED} more callbacks wait so")
+        parts += self._assumed_groups()
         return f"deadlock in {words.nodes}: {'; '.join(parts)}"
+
+    def _assumed_groups(self) -> Iterator[str]:
+        """Yield that the groups of callbacks and clients are assumed, if it is a circle because of them."""
+        of_groups = [reason for reason in self.reasons if reason.waiter.kind == "group"]
+        concerned = {need for reason in of_groups for need in reason.needs}
+        groups = {reason.waiter for reason in of_groups}
+        concerned |= {each.waiter for each in self.reasons if not groups.isdisjoint(each.needs)}
+        for waiter in dict.fromkeys(each.waiter for each in self.reasons):
+            words = getattr(waiter.model, "assumed", None) or ""
+            if waiter in concerned and "group" in words.split():
+                is_callback = waiter.kind == "callback"
+                client = f"client {getattr(waiter.model, 'client', '')} of {waiter.short}"
+                yield f"that {waiter.text if is_callback else client} is in this callback group is assumed"
 
     @property
     def shape(self) -> tuple[tuple[str, str], ...]:

@@ -122,8 +122,12 @@ def witness_to(subject: Subject, trace: Sequence[int]) -> Witness:
 
 
 def pumping_witness(subject: Subject, pumping: Pumping) -> Witness:
-    """Return the run that makes tokens grow forever."""
-    return witness_of(subject, [*pumping.prefix, *pumping.suffix], len(pumping.prefix))
+    """Return the run that makes tokens grow forever; the way to what repeats is in an order of rounds.
+
+    With times its order stays: another one may have no schedule.
+    """
+    prefix = pumping.prefix if subject.is_timed else in_rounds(subject.net, pumping.prefix)
+    return witness_of(subject, [*prefix, *pumping.suffix], len(prefix))
 
 
 @dataclass(frozen=True)

@@ -891,6 +891,9 @@ class ClientPort(EObject, metaclass=MetaEClass):
     latency : pn.TimeInterval | None
         How long messages of this port are on their way, in seconds; absent: as long as those of its
         channel.
+    assumed : str | None
+        What is assumed about it, as neither an observation nor a person states it; words separated by
+        blanks: group. Absent: nothing.
     """
 
     channel: ServiceChannel | None = Ecore.EReference()
@@ -903,6 +906,7 @@ class ClientPort(EObject, metaclass=MetaEClass):
     timedOut: pn.Place | None = Ecore.EReference()
     waitsForService: bool = Ecore.EAttribute(eType=Ecore.EBoolean, default_value=False)
     latency: pn.TimeInterval | None = Ecore.EReference(containment=True)
+    assumed: str | None = Ecore.EAttribute(eType=Ecore.EString)
 
     __setattr__ = refuse_unknown
     notify = notify_listeners
@@ -921,6 +925,7 @@ class ClientPort(EObject, metaclass=MetaEClass):
         timedOut: pn.Place | None = None,
         waitsForService: bool | None = None,
         latency: pn.TimeInterval | None = None,
+        assumed: str | None = None,
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
@@ -1021,6 +1026,9 @@ class ActionClientPort(EObject, metaclass=MetaEClass):
     latency : pn.TimeInterval | None
         How long messages of this port are on their way, in seconds; absent: as long as those of its
         channel.
+    assumed : str | None
+        What is assumed about it, as neither an observation nor a person states it; words separated by
+        blanks: group. Absent: nothing.
     """
 
     channel: ActionChannel | None = Ecore.EReference()
@@ -1036,6 +1044,7 @@ class ActionClientPort(EObject, metaclass=MetaEClass):
     group: CallbackGroup | None = Ecore.EReference()
     outstanding: int | None = Ecore.EAttribute(eType=Ecore.EIntegerObject)
     latency: pn.TimeInterval | None = Ecore.EReference(containment=True)
+    assumed: str | None = Ecore.EAttribute(eType=Ecore.EString)
 
     __setattr__ = refuse_unknown
     notify = notify_listeners
@@ -1057,6 +1066,7 @@ class ActionClientPort(EObject, metaclass=MetaEClass):
         group: CallbackGroup | None = None,
         outstanding: int | None = None,
         latency: pn.TimeInterval | None = None,
+        assumed: str | None = None,
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()

@@ -136,6 +136,7 @@ def _corrected(code: GivenCallback | None, said: GivenCallback) -> GivenCallback
         offset=said.offset,
         jitter=said.jitter,
         measured=said.measured,
+        has_open_group=code.has_open_group and said.group is None,
     )
 
 
@@ -250,9 +251,9 @@ class _CodedNode:
         for key, value in (("reliability", reliability), ("durability", durability)):
             if is_open(value) or value in _MIDDLEWARE:
                 usual = "reliable" if key == "reliability" else "volatile"
-                self._taken.add(
-                    f"{self.at(entity.at)}: the {key} of {entity.name} is {value}; {usual} is assumed"
-                )
+                # With another value the ports may not match, so that no message ever arrives.
+                say = self._taken.lack if is_open(value) else self._taken.add
+                say(f"{self.at(entity.at)}: the {key} of {entity.name} is {value}; {usual} is assumed")
         return Quality(
             "bestEffort" if reliability == "best_effort" else "reliable",
             "transientLocal" if durability == "transient_local" else "volatile",
@@ -311,6 +312,7 @@ class _CodedNode:
                         flow=self._decisions.after(entity),
                         accepted=self._decisions.told(entity, True),
                         rejected=self._decisions.told(entity, False),
+                        has_open_group=self._groups.is_open(entity),
                     )
                 else:  # several clients of one name are treated as one
                     both = None if steps is None or first.does is None else (*first.does, *steps)
@@ -345,7 +347,10 @@ class _CodedNode:
     def _callback(self, entity: Entity, fact: CallbackFact | None, behaviour: Behaviour) -> GivenCallback:
         if fact is None:
             steps: tuple[Step, ...] | None = None if "open" in str(entity.details) else ()
-            return GivenCallback(steps, self._groups.of(entity), at=self.at(entity.at))
+            has_open_group = self._groups.is_open(entity)
+            return GivenCallback(
+                steps, self._groups.of(entity), at=self.at(entity.at), has_open_group=has_open_group
+            )
         return GivenCallback(
             behaviour.steps(fact),
             self._groups.of(entity),
@@ -354,6 +359,7 @@ class _CodedNode:
             sleeps_of(fact),
             flow=self._decisions.of(entity, "execute" if entity.kind == "action_servers" else "callback"),
             received=self._received(entity),
+            has_open_group=self._groups.is_open(entity),
         )
 
     def _received(self, entity: Entity) -> Received | None:
@@ -362,7 +368,7 @@ class _CodedNode:
         found = None if deciding is None else self._decisions.received(entity, deciding.name)
         if found is not None:
             words = f"{found.name} decides; {self.names[entity]} is assumed to have the known publishers only"
-            self._taken.add(f"{found.at}: {words}")
+            self._taken.lack(f"{found.at}: {words}")  # another publisher may send other values
         return found
 
     def _timer(

@@ -89,6 +89,8 @@ class GivenCallback:
         Of an action client: its handling of accepted and rejected goals.
     received : Received or None
         Its steps in branches, if it depends on a field of the message that it receives.
+    has_open_group : bool
+        Whether the code does not say its group, so that the default group is assumed.
     """
 
     does: tuple[Step, ...] | None = None
@@ -103,6 +105,7 @@ class GivenCallback:
     accepted: Flow | None = None
     rejected: Flow | None = None
     received: Received | None = None
+    has_open_group: bool = field(default=False, compare=False)
 
 
 @dataclass(frozen=True)

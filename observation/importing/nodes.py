@@ -218,7 +218,8 @@ class NodeBuilder(Abilities):
                 key = self._key(name)
                 place = self._answer(key, f"on_answer_of_{flat(name)}", *self._does(key))
                 request = self._possible.puts[step][0]
-                self._channels.ask(client, str(self._net.id), request, place, self._group(key))
+                asks = self._channels.ask(client, str(self._net.id), request, place, self._group(key))
+                asks.assumed = self._open_group(key)
         for client in self._node.action_clients:
             name = client.name
             key = self._key(name)
@@ -236,6 +237,7 @@ class NodeBuilder(Abilities):
                 rejected=told[1] or ended,
                 feedback=self._answer(key, f"on_feedback_of_{flat(name)}", ()),
                 group=self._group(key),
+                assumed=self._open_group(key),
             )
             self._channels.want(client, port)
 
@@ -277,6 +279,7 @@ class NodeBuilder(Abilities):
         )
         if kind != "client" or self._said.answers_hold_groups:
             page.group = self._group(name)
+            page.assumed = self._open_group(name)
         if kind != "client":
             page.duration = seconds(*said.takes) if said.takes is not None else None
             if page.duration is not None:
@@ -359,6 +362,7 @@ class NodeBuilder(Abilities):
             for word in ("asks", "answer_of")
         )
         port = self._channels.ask(client, str(page.id), request, response, group)
+        port.assumed = self._open_group(self._key(service)) if step.group is None else None
         if timeout is None or timeout <= 0:
             return Call(request, response)
         id = self._ids.new(f"{page.id}.no_answer_of_{flat(service)}")
@@ -374,6 +378,10 @@ class NodeBuilder(Abilities):
         """Return the callback group given for a callback, or for the client of a service."""
         group = self._said.callbacks.get(name, GivenCallback()).group
         return None if group is None else self._groups[group]
+
+    def _open_group(self, name: str) -> str | None:
+        """Return the mark of a callback, or of a client, whose group the code does not say."""
+        return "group" if self._said.callbacks.get(name, GivenCallback()).has_open_group else None
 
     # ------------------------------------------------------------------------------------- what is refused
 

@@ -50,9 +50,9 @@ class GroupsOfNode:
     def of(self, entity: Entity) -> str | None:
         """Return the group of a callback or a client; None: the default group, which has no name."""
         if entity.group is None:
-            said = str(entity.details.get("group", "default"))
-            if is_open(said):
-                self._taken.add(
+            if self.is_open(entity):  # in another group, other callbacks wait, or run at the same time
+                said = entity.details["group"]
+                self._taken.lack(
                     f"{self._at(entity.at)}: the callback group is {said}; that of the node is assumed"
                 )
             return self._default or None
@@ -62,6 +62,10 @@ class GroupsOfNode:
                 wanted = f"group_{entity.group.at.line}"
             self._names[entity.group] = free_name(re.sub(r"\W+", "_", wanted).strip("_"), self._used())
         return self._names[entity.group]
+
+    def is_open(self, entity: Entity) -> bool:
+        """Return whether the code does not say the group of a callback or a client."""
+        return entity.group is None and is_open(str(entity.details.get("group", "default")))
 
     def outside(self) -> str:
         """Return a separate group for actions of the node outside of callbacks."""
@@ -88,7 +92,7 @@ class GroupsOfNode:
     def _kind(self, group: Entity) -> str:
         kind = str(group.details.get("kind", ""))
         if is_open(kind):
-            self._taken.add(
+            self._taken.lack(
                 f"{self._at(group.at)}: the kind of the callback group is {kind}; exclusive is assumed"
             )
         return "reentrant" if kind.startswith("reentrant") else "exclusive"

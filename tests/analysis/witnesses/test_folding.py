@@ -10,11 +10,15 @@ from hypothesis import strategies as st
 
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.logic.language.names import NetNames
+from dineros.analysis.model.subject import Subject
 from dineros.analysis.nets.compiled import CompiledNet, Transition
+from dineros.analysis.nets.coverability import Pumping
 from dineros.analysis.nets.witness import replay
 from dineros.analysis.portfolio.asking import find_marking
 from dineros.analysis.questions.formulas import verify_linear
+from dineros.analysis.witnesses.findings import pumping_witness
 from dineros.analysis.witnesses.folding import folded, in_rounds
+from dineros.metamodel import pn
 
 TEXT = st.text(alphabet="abc", max_size=60)
 
@@ -73,16 +77,35 @@ PASSING = CompiledNet.build(
 )
 
 
-@pytest.mark.parametrize("asked", ["find", "verify"])
-def test_ways_to_a_marking_come_in_rounds(asked: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Whatever order the search finds."""
+def mixed_rounds(times: int) -> list[int]:
+    """Return that many rounds of the net, in any order."""
     rng, marking, mixed = random.Random(7), [1, 0, 0, 1, 0, 0], list[int]()
-    left = dict.fromkeys(range(4), 12)
+    left = dict.fromkeys(range(4), times)
     while any(left.values()):
         t = rng.choice([t for t, count in left.items() if count and PASSING.is_enabled(t, marking)])
         left[t] -= 1
         mixed.append(t)
         marking = PASSING.fire(t, marking)
+    return mixed
+
+
+def test_a_way_to_growth_comes_in_rounds() -> None:
+    """The same firings lead to the same marking, in which what repeats begins."""
+    mixed = mixed_rounds(12)
+    witness = pumping_witness(Subject(pn.Net(id="passing"), PASSING), Pumping(tuple(mixed), (0, 1), (2,)))
+    fired = [PASSING.transitions.index(step.transition) for step in witness.steps]
+    assert witness.loop == len(mixed)
+    assert sorted(fired[: witness.loop]) == sorted(mixed)
+    assert fired[witness.loop :] == [0, 1]
+    assert replay(PASSING, fired[: witness.loop])[-1] == replay(PASSING, mixed)[-1]
+    assert sum(block.length for block in folded(mixed)) > 20
+    assert sum(block.length for block in folded(fired[: witness.loop])) <= 8
+
+
+@pytest.mark.parametrize("asked", ["find", "verify"])
+def test_ways_to_a_marking_come_in_rounds(asked: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever order the search finds."""
+    mixed = mixed_rounds(12)
     goal, names = "done >= 12", NetNames(PASSING)
     answer = Outcome("reachable", trace=tuple(mixed))
     assert replay(PASSING, mixed)[-1][-1] == 12

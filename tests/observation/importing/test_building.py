@@ -368,7 +368,7 @@ def test_what_is_given_of_nodes_that_are_not_there_is_not_used() -> None:
     [
         (
             "\nx = " + "9" * 5000,
-            ": is not TOML: a value cannot be read, such as a number",
+            ": is not TOML: a value cannot be read, for example a number",
         ),
         ("a." * 100_000 + "b = 1", ":1: a key of more than 64 parts with dots between them"),
         ("x = 1\n[" + "a . " * 100 + "b]\n", ":2: a key of more than 64 parts with dots between them"),

@@ -296,7 +296,7 @@ def test_a_time_out_that_is_not_known_is_one(tmp_path: Path) -> None:
     words = ["import", "-v", "--source", str(source), "-o", str(model)]
     result = CliRunner().invoke(main, words)
     assert 'timeout="1"' in model.read_text()
-    assert "with a time-out that is open; 1 s is assumed" in result.stderr
+    assert "with an unknown time-out; 1 s is assumed" in result.stderr
 
 
 def test_what_the_main_function_does_belongs_to_the_node_whose_ports_it_uses(tmp_path: Path) -> None:
@@ -384,3 +384,39 @@ def test_a_sleep_that_may_be_left_out_is_no_duration(tmp_path: Path) -> None:
     )
     model = model_of(files(tmp_path, battery=BATTERY, monitor=text))
     assert not [each for each in elements(model) if isinstance(each, sym.CallbackPage) and each.duration]
+
+
+@pytest.mark.parametrize(
+    ("durability", "is_proved"), [("VOLATILE", True), ("LATCHED", False), ("OPEN", False)]
+)
+def test_an_open_quality_of_service_makes_every_proof_one_under_an_assumption(
+    tmp_path: Path, durability: str, is_proved: bool
+) -> None:
+    """The ports may not match then: the reader's callback is dead with one of the values."""
+    text = """
+    import sys
+    from rclpy.qos import DurabilityPolicy, QoSProfile
+    VOLATILE, LATCHED = DurabilityPolicy.VOLATILE, DurabilityPolicy.TRANSIENT_LOCAL
+    OPEN = LATCHED if len(sys.argv) > 1 else VOLATILE
+    class Talk(Node):
+        def __init__(self):
+            super().__init__("talk")
+            self.news = self.create_publisher(String, "news", QoSProfile(depth=1, durability=VOLATILE))
+            self.create_timer(1.0, lambda: self.news.publish(String()))
+    class Hear(Node):
+        def __init__(self):
+            super().__init__("hear")
+            self.create_subscription(String, "news", self.on_news, QoSProfile(depth=1, durability=READER))
+        def on_news(self, message): pass
+    def main():
+        rclpy.init()
+        executor = MultiThreadedExecutor(num_threads=2)
+        for node in (Talk(), Hear()): executor.add_node(node)
+        executor.spin()
+    if __name__ == "__main__": main()
+    """
+    source = files(tmp_path, both=text.replace("READER", durability))
+    told = json.loads(run("check", "--source", source, "--json", "--timeout", 60)[1])
+    can_fire = "every transition can fire, every channel is used"
+    assert (can_fire in told["proved"]) is is_proved
+    assert (can_fire in told.get("assumed", [])) is (durability == "OPEN")

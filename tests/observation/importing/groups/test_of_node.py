@@ -9,7 +9,7 @@ import pytest
 
 from dineros.metamodel import sym
 from dineros.metamodel.elements import elements
-from tests.support.programs.coded import files, model_of, run
+from tests.support.programs.coded import BATTERY, MONITOR, files, model_of, run
 
 HEAD = """
 #include <rclcpp/rclcpp.hpp>
@@ -134,3 +134,63 @@ def test_a_done_callback_in_python_holds_none(tmp_path: Path) -> None:
     assert all(page.group is None for page in pages)
     (found,) = deadlocks(source)
     assert "threads" in found and "group" not in found, "several done callbacks can hold both threads"
+
+
+OWN = "MutuallyExclusiveCallbackGroup()"
+OPEN = f"{OWN} if len(sys.argv) > 1 else None"
+
+
+def monitor(client: str, timer: str = "None", threads: int = 2) -> str:
+    """Return the program of a node whose timer callback calls a service, with the groups of both."""
+    text = MONITOR.replace("GROUP", f", callback_group={client}").replace(
+        "num_threads=2", f"num_threads={threads}"
+    )
+    return "import sys\n" + text.replace("self.tick)", f"self.tick, callback_group={timer})")
+
+
+@pytest.mark.parametrize(
+    ("client", "timer", "assumed"),
+    [
+        ("None", "None", []),
+        (OPEN, "None", ["that client monitor.on_tick of service /level"]),
+        ("None", OPEN, ["that timer callback monitor.on_tick"]),
+        (
+            OPEN,
+            OPEN,
+            ["that timer callback monitor.on_tick", "that client monitor.on_tick of service /level"],
+        ),
+    ],
+)
+def test_a_deadlock_because_of_an_assumed_group_says_so(
+    tmp_path: Path, client: str, timer: str, assumed: list[str]
+) -> None:
+    """Which group it is depends on how the program is started; only the default group leads to a deadlock."""
+    (found,) = deadlocks(files(tmp_path, battery=BATTERY, monitor=monitor(client, timer)))
+    first, *said = found.split("; that ")
+    assert first.endswith("the response needs the default callback group, which monitor.on_tick itself holds")
+    assert said == [f"{each.removeprefix('that ')} is in this callback group is assumed" for each in assumed]
+
+
+def test_a_deadlock_because_of_threads_does_not_rest_on_an_assumed_group(tmp_path: Path) -> None:
+    (found,) = deadlocks(files(tmp_path, battery=BATTERY, monitor=monitor(OPEN, OWN, 1)))
+    assert found.endswith("the response needs the only thread, which monitor.on_tick itself holds")
+
+
+@pytest.mark.parametrize(("group", "proved"), [(OWN, True), (OPEN, False)])
+def test_nothing_is_proved_without_assumption_if_a_group_is_open(
+    tmp_path: Path, group: str, proved: bool
+) -> None:
+    """In the group that the program chooses, other callbacks may wait."""
+    source = files(tmp_path, battery=BATTERY, monitor=monitor(OWN, group))
+    told = json.loads(run("check", "--source", source, "--json", "--timeout", 60)[1])
+    assert [each for each in told["findings"] if each["severity"] == "error"] == []
+    assert "every callback that has begun can end" in told["proved" if proved else "assumed"]
+    assert bool(told["proved"]) is proved
+
+
+def test_a_group_that_a_user_gives_is_not_assumed(tmp_path: Path) -> None:
+    source = files(tmp_path, battery=BATTERY, monitor=monitor(OPEN))
+    given = tmp_path / "robot.given.toml"
+    given.write_text('[node."/monitor"]\ngroups = {calls = "exclusive"}\ncallback."/level".group = "calls"\n')
+    status, text = run("check", "--source", source, "--given", given, "--timeout", 60)
+    assert (status, "callback-deadlock" in text) == (0, False)
