@@ -110,21 +110,12 @@ class _Folding:
         """Ask again where each of the causes is mended, and where all of them are."""
         found: dict[int, list[Finding]] = {id(cause): [] for cause in causes}
         mended: list[tuple[Finding, Mend]] = []
-        for number, cause in enumerate(causes):
-            if is_effect(cause) and not _is_in(cause, self._left):
-                continue  # it is a consequence
-            if all(each is cause for each in self._left):
-                continue
-            parts = len(causes) - number + (len(causes) > 1)  # the last one is for all of them together
-            share = self._budget.share(1 / parts)
-            share.stage(f"consequences of {cause.rule}, {number + 1} of {len(causes)}")
-            with suppress(BudgetExceededError):
-                mend = mend_of(self._model, cause, share.share(MEND_SHARE))
-                if mend is not None:
-                    mended.append((cause, mend))
-                    found[id(cause)] += self._gone([(cause, mend)], share)
-            if found[id(cause)]:
-                self._left = [each for each in self._left if each is not cause]
+        # A cause has a part of the time, and once more of what the others leave if that was not enough.
+        open_causes = self._round(causes, found, mended)
+        if open_causes and not self._budget.is_over:
+            self._round(open_causes, found, mended)
+            ranks = {id(cause): rank for rank, cause in enumerate(causes)}
+            mended.sort(key=lambda each: ranks[id(each[0])])
         if len(mended) > 1:
             self._budget.stage("consequences of all causes together")
             with suppress(BudgetExceededError):
@@ -138,6 +129,32 @@ class _Folding:
             elif id(finding) not in folded:
                 others.append(finding)
         self._report.findings[:] = [*first, *others]
+
+    def _round(
+        self, causes: Sequence[Finding], found: dict[int, list[Finding]], mended: list[tuple[Finding, Mend]]
+    ) -> list[Finding]:
+        """Ask again where each of some causes is mended; return those whose time ran out."""
+        out_of_time = []
+        for number, cause in enumerate(causes):
+            if is_effect(cause) and not _is_in(cause, self._left):
+                continue  # it is a consequence
+            if all(each is cause for each in self._left):
+                continue
+            parts = len(causes) - number + (len(causes) > 1)  # the last one is for all of them together
+            share = self._budget.share(1 / parts)
+            share.stage(f"consequences of {cause.rule}, {number + 1} of {len(causes)}")
+            searching = share.share(MEND_SHARE)
+            try:
+                mend = mend_of(self._model, cause, searching)
+                if mend is not None:
+                    mended.append((cause, mend))
+                    found[id(cause)] += self._gone([(cause, mend)], share)
+            except BudgetExceededError:
+                if searching.is_over and not _is_in(cause, [each for each, _ in mended]):
+                    out_of_time.append(cause)
+            if found[id(cause)]:
+                self._left = [each for each in self._left if each is not cause]
+        return out_of_time
 
     def _gone(self, mended: Sequence[tuple[Finding, Mend]], budget: Budget) -> list[Finding]:
         """Return what disappears where causes are mended, and take it out of what is left."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 import pytest
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget
@@ -216,6 +218,29 @@ def test_runs_fold_what_is_never_used_without_all_markings(monkeypatch: pytest.M
     fold_consequences(model, report, UNLIMITED.begun())
     assert faults(report.findings) == ["ports-not-matched"]
     assert {rule for rule, _ in consequences(report.findings[0])} == {"dead-node-net", "dead-transition"}
+
+
+def test_a_cause_gets_the_time_that_others_leave(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its part of the time is not enough to find what mends it; the other cause needs hardly any."""
+    model = program("same_group")
+    pictures(model)
+    report, asked = check(model), list[str]()
+
+    def slow(copied: sym.SystemModel, cause: Finding, budget: Budget) -> mending.Mend | None:
+        asked.append(cause.rule)
+        if cause.rule == "callback-deadlock" and asked.count(cause.rule) == 1:
+            while not budget.is_over:
+                time.sleep(0.01)
+            budget.check_time()
+        return mending.mend_of(copied, cause, budget)
+
+    monkeypatch.setattr(folding, "mend_of", slow)
+    fold_consequences(model, report, Budget(seconds=20).begun())
+    assert asked == ["callback-deadlock", "ports-not-matched", "callback-deadlock"]
+    found = {each.rule: consequences(each) for each in report.findings if each.severity != "note"}
+    assert set(found) == {"callback-deadlock", "ports-not-matched"}
+    assert found["callback-deadlock"] == [("dead-transition", "NoteLevel")]
+    assert ("dead-transition", "Show") in found["ports-not-matched"]
 
 
 def test_nothing_folds_without_time() -> None:
