@@ -299,7 +299,8 @@ def _is_plain_client(client: sym.ClientPort) -> bool:
     """Return whether the dialect has words for all that a client says."""
     timed = client.timeout is not None or client.timedOut is not None
     more = timed or client.group is not None or client.waitsForService or client.latency is not None
-    return _is_plain(client.client) and client.outstanding is None and not more
+    is_assumed = client.assumed is not None
+    return _is_plain(client.client) and client.outstanding is None and not more and not is_assumed
 
 
 def _says_all(clause: sym.InputClause) -> bool:

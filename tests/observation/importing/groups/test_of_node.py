@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from dineros.metamodel import sym
-from dineros.metamodel.elements import elements
+from dineros.metamodel.elements import channels, elements
+from dineros.metamodel.files import load, save
 from tests.support.programs.coded import BATTERY, MONITOR, files, model_of, run
 
 HEAD = """
@@ -194,3 +195,11 @@ def test_a_group_that_a_user_gives_is_not_assumed(tmp_path: Path) -> None:
     given.write_text('[node."/monitor"]\ngroups = {calls = "exclusive"}\ncallback."/level".group = "calls"\n')
     status, text = run("check", "--source", source, "--given", given, "--timeout", 60)
     assert (status, "callback-deadlock" in text) == (0, False)
+
+
+def test_an_assumed_group_of_a_client_outlives_pnml(tmp_path: Path) -> None:
+    model, other = tmp_path / "robot.sym.xmi", tmp_path / "robot.pnml"
+    save(model_of(files(tmp_path, battery=BATTERY, monitor=monitor(OPEN))), model)
+    save(load(model), other)
+    (service,) = channels(load(other), sym.ServiceChannel)
+    assert [client.assumed for client in service.clients] == ["group"]
