@@ -149,7 +149,7 @@ BAD = {
     ),
     "field twice": (
         inside(f'<place id="q">{dineros("<subnet>a</subnet>")}{dineros("<subnet>b</subnet>")}</place>'),
-        "<subnet> stands here twice",
+        "<subnet> occurs here twice",
         6,
     ),
     "place type": (inside(f'<place id="q">{dineros("<type>start</type>")}</place>'), "not a type of", 6),
@@ -256,7 +256,7 @@ BAD = {
     ),
     "unknown literal": (
         inside(f"<arc id='a' source='p' target='t'>{OWN.format('><labels kind=' + repr('x') + '/>')}</arc>"),
-        "kind is one of elementName",
+        "kind must be one of elementName",
         6,
     ),
     "list as attribute": (

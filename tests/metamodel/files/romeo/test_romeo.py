@@ -250,7 +250,7 @@ def test_what_has_no_place_in_the_format_is_refused(tmp_path: Path) -> None:
         write_romeo(pn.Net(id="n", pages=[page]), path)
     steps = [pn.Transition(id=name) for name in "abc"]
     steps[0].overrides.append(steps[1])
-    with pytest.raises(ModelFileError, match="cannot say"):
+    with pytest.raises(ModelFileError, match="cannot express"):
         write_romeo(pn.Net(id="n", pages=[pn.Page(id="page", objects=steps)]), path)
     assert list(tmp_path.iterdir()) == []
 
