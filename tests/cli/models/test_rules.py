@@ -90,7 +90,11 @@ from dineros.transformations.rules.topics import T1
     [
         ("node = Node(sym.PublisherPort, chanel=1)", 7, "has no feature 'chanel' (did you mean 'channel'?)"),
         ("node = Made(T1.topik)", 7, "T1 has no 'topik' (did you mean 'topic'?)"),
-        ("class R(Rule):\n    a = place('{b}')\n    rhs = [a]", 8, "placeholder {b} is not an element of the rule"),
+        (
+            "class R(Rule):\n    a = place('{b}')\n    rhs = [a]",
+            8,
+            "placeholder {b} is not an element of the rule",
+        ),
         ("x = (", 7, "is not Python"),
         ("\n\nprint(1 / 0)", 9, "ZeroDivisionError: division by zero"),
         ("import no_such_module_anywhere", 7, "ModuleNotFoundError"),
