@@ -36,7 +36,7 @@ def _among(*words: str) -> _Shape:
     return _Shape(f"one of {', '.join(words)}", lambda value: value in words if _is_text(value) else False)
 
 
-_TEXT = _Shape("a text", lambda value: _is_text(value) and value != "")
+_TEXT = _Shape("a string", lambda value: _is_text(value) and value != "")
 _TEXTS = _Shape("a list of strings", lambda value: isinstance(value, list) and all(map(_is_text, value)))
 _COUNT = _Shape("a whole number from 0", _is_count)
 _TRUTH = _Shape("true or false", lambda value: isinstance(value, bool))

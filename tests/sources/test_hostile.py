@@ -104,8 +104,8 @@ def test_launch_files_that_include_each_other_end_in_one_line(tmp_path: Path, ki
     facts = read_source(tmp_path, launch=Launch(first))
     assert facts.nodes == []
     assert facts.unread == [
-        f"{first}: it includes itself, and is not read again",
         f"{first}: it does not start any node whose code is in this folder",
+        f"{first}: it includes itself, and is not read again",
     ]
 
 

@@ -37,7 +37,7 @@ WRONG = {
     'path = "a"\nmethods = "beat"': "idiom a: methods is not a table",
     'path = "a"\nmethods.beat = "publish"': "idiom a: methods.beat is not a table",
     'path = "a"\nmethods.beat = { entity = 0 }': "methods.beat has neither `do` nor `callback`",
-    'path = "a"\nmethods.beat = { do = "publish", entity = 1 }': "methods.beat: entity is no entity",
+    'path = "a"\nmethods.beat = { do = "publish", entity = 1 }': "methods.beat: entity is not an entity",
     'path = "a"\nmethods.beat = { do = 3 }': "methods.beat: do is not a string",
     'path = "a"\nquality = "latched"': "idiom a: quality is not a table",
     'path = "a"\nquality.depth = "1"': "idiom a: quality: depth is not a whole number",

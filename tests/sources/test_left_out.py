@@ -68,5 +68,5 @@ def test_calls_in_code_that_nothing_runs_are_named(tmp_path: Path) -> None:
     )
     assert facts.unread == [
         "plugin.py:4: 2 calls of create_publisher, create_subscription (also line 5) in code that no node "
-        "was found to run; the model lacks them"
+        "is known to run; the model lacks them"
     ]

@@ -59,7 +59,7 @@ def test_what_gets_the_node_is_named(tmp_path: Path, body: str, named: str) -> N
     lines = _lines(tmp_path, NODE.replace("BODY", body))
     assert all("receives the node, but its code is not in the folder" in line for line in lines)
     wanted = {"vendor::Mixin", named} - {""}
-    assert {line.split(": ", 1)[1].split(" gets")[0] for line in lines} == wanted
+    assert {line.split(": ", 1)[1].split(" receives")[0] for line in lines} == wanted
 
 
 MAIN = """
