@@ -115,7 +115,7 @@ class Core:
         """
         if self.exchange is not None:
             id = self.structure.ports.node
-            raise DinerosError(f"the net of {id} has a node already", hint="load the net again")
+            raise DinerosError(f"the net of {id} already has a node", hint="load the net again")
         if resume is not None:
             self.restore(resume)
         exchange = Exchange(

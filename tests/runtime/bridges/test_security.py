@@ -143,7 +143,7 @@ class TestRestServer:
 
     def test_it_is_said_what_is_open(self, net: Net, caplog: pytest.LogCaptureFixture) -> None:
         RestServer(net, host="0.0.0.0", port=0)
-        assert "whoever reaches 0.0.0.0:0 can set the signals of talker" in caplog.text
+        assert "everyone who can reach 0.0.0.0:0 can set the signals of talker" in caplog.text
         with pytest.raises(SecurityError, match="have a token"):
             RestServer(net, credentials=Credentials("a", "b"))
 

@@ -119,7 +119,7 @@ def test_only_json_is_kept(value: Any, tmp_path: Path) -> None:
     made.open()
     net.signal("Button").set(True)
     made.run_until_idle()
-    assert "'it' cannot be kept" in net.inspect().errors[0].error
+    assert "'it' cannot be stored" in net.inspect().errors[0].error
     made.close()
 
 

@@ -366,7 +366,7 @@ def test_what_cannot_be_made_when_a_rule_runs_names_the_rule_and_its_line() -> N
     with pytest.raises(RuleError) as caught:
         Engine(office()).run([Unnumbered])
 
-    assert caught.value.message.startswith("Unnumbered.made cannot be made")
+    assert caught.value.message.startswith("Unnumbered.made cannot be created")
     assert caught.value.location is not None and caught.value.location.file == __file__
 
 

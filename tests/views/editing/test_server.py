@@ -115,7 +115,7 @@ def test_two_tabs_stay_equal(file: Path, edit: Edit) -> None:
         ('{"number": 1, "ask": "format the disk"}', "a request must be one of"),
         ('{"number": 1, "ask": "undo", "path": "/etc/passwd"}', "no field"),
         ('{"number": 1, "ask": "undo"}', "nothing to undo"),
-        ('{"number": 1, "ask": "undo", "epoch": "of another file"}', "read again"),
+        ('{"number": 1, "ask": "undo", "epoch": "of another file"}', "reloaded"),
         ('{"number": 1, "ask": "do"}', "list of commands"),
         ('{"number": 1, "ask": "do", "commands": [{"kind": "move"}]}', "move needs element"),
         (
