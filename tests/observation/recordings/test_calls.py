@@ -123,6 +123,6 @@ def test_responses_that_no_client_took(
     assert [(each.responses, each.seconds) for each in found.untaken] == untaken
     if untaken:
         assert str(found.untaken[0]).startswith(
-            f"/plan: answered, never taken: {untaken[0][0]} response{'s' * (untaken[0][0] > 1)}, the first one "
-            f"{untaken[0][1]:.3g} s before the end"
+            f"/plan: answered, never taken: {untaken[0][0]} response{'s' * (untaken[0][0] > 1)}, the "
+            f"first one {untaken[0][1]:.3g} s before the end"
         )
