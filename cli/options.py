@@ -110,7 +110,7 @@ class ModelPath(click.Path):
     def shell_complete(
         self, ctx: click.Context, param: click.Parameter, incomplete: str
     ) -> list[CompletionItem]:
-        """Offer model files, and folders that lead to them; all files if there is no model."""
+        """Offer model files and folders; if the folder has no model, offer all files."""
         from dineros.metamodel.files import SUFFIXES
 
         folder, _, start = incomplete.rpartition("/")

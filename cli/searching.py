@@ -85,8 +85,8 @@ class Search:
     limits : Limits
         The limits.
     tell : callable, optional
-        Gets messages, pairs of a kind and a value, for the watching process; without it nobody does, and
-        what is printed is printed at once.
+        Sends messages, pairs of a kind and a value, to the watching process. Without it, no process watches,
+        and output is printed immediately.
 
     Attributes
     ----------

@@ -129,21 +129,21 @@ class SearchCommand(ExampleCommand):
             return UNKNOWN
 
     def serves(self, params: Mapping[str, Any]) -> bool:
-        """Return whether the command goes on until it is ended: then only what it reads has limits."""
+        """Return whether the command runs until it is stopped: then its limits apply only to reading."""
         return False
 
 
 class ReadingCommand(SearchCommand):
-    """A command that reads files: it ends, and writes nothing, where they ask for too much."""
+    """A command that reads files: at a limit, it ends and writes nothing."""
 
     timeout_help = "End after this time."
     reports_interrupts = False
 
 
 class ServingCommand(ReadingCommand):
-    """A command that may serve a page: then it reads its files `within_limits`."""
+    """A command that may serve a page; then it reads its files `within_limits`."""
 
-    timeout_help = "End after this time; a command that serves a page: if reading takes longer."
+    timeout_help = "End after this time. If a page is served, this limits only the reading of files."
 
     def serves(self, params: Mapping[str, Any]) -> bool:
         """Return whether no file is written, so that a page is shown."""
@@ -173,12 +173,12 @@ def search_command(*examples: str) -> Callable[[Callable[..., Any]], ExampleComm
 
 
 def reading_command(*examples: str) -> Callable[[Callable[..., Any]], ExampleCommand]:
-    """Make a function the subcommand of its name that reads files; see `dineros.cli.options.command`."""
+    """Register a function as the reading subcommand of its name; see `dineros.cli.options.command`."""
     return command(*examples, cls=ReadingCommand)
 
 
 def serving_command(*examples: str) -> Callable[[Callable[..., Any]], ExampleCommand]:
-    """Make a function the subcommand of its name that reads files, and may serve a page of them."""
+    """Register a function as the reading subcommand of its name that may serve a page."""
     return command(*examples, cls=ServingCommand)
 
 

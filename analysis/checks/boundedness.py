@@ -38,7 +38,7 @@ FIRINGS_SHARE = 0.6
 
 PLACES_SHARE = 0.05
 SECONDS_FOR_PLACES = 0.3
-"""Share of the time, or seconds without a limit, for bounds of places if there is no state space."""
+"""Share of the time for bounds of places without a state space; seconds, if the time has no limit."""
 
 
 class _RecurrentError(Exception):
@@ -205,7 +205,7 @@ class Places(Question):
         checked.leave_open(self.asks, reason, may_be_fault=False)
 
     def ask(self, checked: Checked) -> None:
-        """Explore all markings, or decide as for nets of the contest if there is no state space."""
+        """Explore all markings; without a state space, use the methods for nets of the contest."""
         if isinstance(checked.model, sym.SystemModel):
             return
         if checked.firings is None:

@@ -15,7 +15,7 @@ the kind `end`; in a node without such a place, all from which nothing takes tok
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
@@ -136,12 +136,31 @@ def merged(subject: Subject, groups: Iterable[DeadlockGroup]) -> list[DeadlockGr
     return list(found.values())
 
 
-def group_at(subject: Subject, trace: Sequence[int], final: FinalCondition | None = None) -> DeadlockGroup:
-    """Return a marking that enables nothing, which a firing sequence leads to, as a group of its own."""
-    marking, places = replay(subject.net, trace)[-1], _RestPlaces(subject)
+def group_at(
+    subject: Subject,
+    trace: Sequence[int],
+    final: FinalCondition | None = None,
+    ignored: Collection[int] = (),
+) -> DeadlockGroup:
+    """Return a dead marking as a group of its own.
+
+    Parameters
+    ----------
+    subject : Subject
+        The model.
+    trace : sequence of int
+        Transitions that lead to the marking.
+    final : FinalCondition, optional
+        The final condition of the model.
+    ignored : collection of int
+        Places whose tokens mean nothing for a deadlock, such as values of signals.
+    """
+    marking, places = list(replay(subject.net, trace)[-1]), _RestPlaces(subject)
+    is_final = None if final is None else final.holds_at(marking)
+    for place in ignored:
+        marking[place] = places.initial[place]
     causes = places.causes(marking)
     unfinished = places.unfinished(marking, causes)
-    is_final = None if final is None else final.holds_at(marking)
     return DeadlockGroup(1, causes, tuple(trace), unfinished=unfinished, is_final=is_final)
 
 

@@ -133,7 +133,7 @@ class Checked:
 
     @property
     def why_open(self) -> str:
-        """Why it is unknown for some transitions whether they can fire, if there is no state space."""
+        """The reason why some transitions stay undecided without a state space; empty with one."""
         return "" if self.firings is None else self.firings.why_open
 
     @property

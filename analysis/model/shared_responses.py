@@ -22,7 +22,7 @@ KEPT_ANSWERS = 10
 """Answers that a client of an action keeps, by the QoS profile of services."""
 
 
-def shared_responses(model: pn.Net) -> list[str]:
+def shared_responses(model: sym.SystemModel) -> list[str]:
     """Return the assumptions that answers about all runs of a model make, one for each service and action.
 
     A client is named if its node runs callbacks, if it waits without a time-out, if another callback of its
@@ -31,11 +31,9 @@ def shared_responses(model: pn.Net) -> list[str]:
 
     Parameters
     ----------
-    model : Net
-        The model; only a system model by the rules of ROS 2 has such clients.
+    model : SystemModel
+        A model by the rules of ROS 2.
     """
-    if not isinstance(model, sym.SystemModel) or model.middleware != sym.Middleware.ros2:
-        return []
     callbacks = [page for page in pages(model) if isinstance(page, sym.CallbackPage)]
     found = []
     for service in services(model):

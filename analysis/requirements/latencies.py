@@ -23,11 +23,11 @@ GUARDS = "the model has guards, which the analysis of latencies does not support
 BY = "state classes that follow each instance"
 BY_BOUNDS = "bounds of response times"
 EXACT_SHARE = 0.5
-"""Part of the time that is left in which the exact times are searched."""
+"""Share of the remaining time for the search of exact times."""
 DECIDED_SHARE = 0.1
 """The same if a safe bound has proved the property: the exact time is only more precise."""
 DECIDED_SECONDS = 10.0
-"""So long at most, then, also if there is no limit of time."""
+"""Limit of that search in seconds, also if the time has no limit."""
 
 
 @dataclass(frozen=True)

@@ -170,13 +170,14 @@ class VectorSets:
         by_size: defaultdict[int, list[Masks]] = defaultdict(list)
         for box in boxes:
             by_size[len(box)].append(box)
+        left = states
         for size in sorted(by_size):
-            if states:
-                states = self._without(states, by_size[size])
-        return states
+            if left:
+                left = self._without(left, by_size[size], states)
+        return left
 
-    def _without(self, states: int, boxes: Sequence[Masks]) -> int:
-        """Return a set, which is not empty, without boxes, all removed in one walk."""
+    def _without(self, states: int, boxes: Sequence[Masks], kept: int) -> int:
+        """Return a set, which is not empty, without boxes, all removed in one walk; another set is kept."""
         diagram = self.diagram
         boxes_left = OpenBoxes(diagram, boxes)
         try:
@@ -195,7 +196,7 @@ class VectorSets:
                     diagram.control[store.FAILED] = 0
                     boxes_left.learn(result)
                 else:
-                    diagram.make_room([states])
+                    diagram.make_room([states, kept])
         finally:
             diagram.sets_of_boxes += len(boxes_left)
 

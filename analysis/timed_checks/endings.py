@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -16,8 +16,7 @@ from dineros.analysis.model.final_conditions import FinalCondition
 from dineros.analysis.timed.exploring import Trace
 from dineros.analysis.timed.timed_subject import TimedSubject, signals_matter
 from dineros.analysis.timed_checks.timed_checked import TimedChecked, with_times
-from dineros.analysis.witnesses.findings import witness_of
-from dineros.metamodel import sym
+from dineros.metamodel import pn, sym
 
 MOST_LOOKED_AT = 200
 """Markings of which the causes are looked at; the rest are one group."""
@@ -40,34 +39,33 @@ class TimedDeadlock(Deadlock):
                 self._ask_of_runs(known)
             return
         if isinstance(checked.model, sym.SystemModel) and signals_matter(checked.model):
-            self._ask_of_signals(known)
+            of_signals = _signal_places(known.timed)
+            rows = _quiet(known.timed, known.explored.markings, of_signals)
+            ways = [known.explored.way_to(int(row)) for row in rows[: MOST_LOOKED_AT + 1]]
+            self._find_all(known, ways, len(rows), of_signals)
             return
-        groups = merged(checked.subject, _groups(known, [way for _, way in known.explored.ends]))
-        for group in groups:
-            self._find(checked, group)
-        if not groups:
-            checked.report.proved.append("no deadlock")
+        ends = [way for _, way in known.explored.ends]
+        self._find_all(known, ends, len(ends))
 
     def _ask_of_runs(self, known: TimedChecked) -> None:
         """Report where random runs end, as not all markings are known."""
         ends = known.walked.ends
         if not isinstance(known.model, sym.SystemModel) or not signals_matter(known.model):
-            for group in merged(known.subject, _groups(known, ends)):
+            for group in merged(known.subject, _groups(known, ends, len(ends))):
                 self._find(known, group)
         else:
             ends = []
         known.leave_open("whether there are other deadlocks" if ends else self.asks, known.explored.reason)
 
-    def _ask_of_signals(self, known: TimedChecked) -> None:
-        """Look for markings in which nothing but signals can change, whatever these are."""
-        rows = _quiet(known.timed, known.explored.markings)
-        if not len(rows):
+    def _find_all(
+        self, known: TimedChecked, ends: list[Trace], count: int, of_signals: Collection[int] = ()
+    ) -> None:
+        """Report all dead markings; there are no others."""
+        groups = merged(known.subject, _groups(known, ends, count, of_signals))
+        for group in groups:
+            self._find(known, group)
+        if not groups:
             known.report.proved.append("no deadlock")
-            return
-        count = f"{len(rows)} markings enable" if len(rows) > 1 else "one marking enables"
-        words = f"{count} only changes of signals"
-        witness = witness_of(known.subject, known.explored.way_to(int(rows[0])))
-        known.report.findings.append(self.STUCK.found(known.identity, witness=witness, markings=words))
 
 
 def _final(known: TimedChecked) -> FinalCondition | None:
@@ -80,32 +78,46 @@ def _final(known: TimedChecked) -> FinalCondition | None:
         return None
 
 
-def _groups(known: TimedChecked, ends: list[Trace]) -> Iterator[DeadlockGroup]:
-    """Yield the ends, each given by a way there, with the same causes as one group each."""
+def _groups(
+    known: TimedChecked, ends: list[Trace], count: int, of_signals: Collection[int] = ()
+) -> Iterator[DeadlockGroup]:
+    """Yield the dead markings, of which the first ones have a way there, by their causes."""
     final = _final(known)
     found: dict[object, DeadlockGroup] = {}
     for trace in ends[:MOST_LOOKED_AT]:
-        group = group_at(known.subject, trace, final)
+        group = group_at(known.subject, trace, final, of_signals)
         key = (group.causes, group.unfinished, group.is_final)
         first = found.get(key)
         found[key] = group if first is None else replace(first, markings=first.markings + 1)
     yield from found.values()
-    if len(ends) > MOST_LOOKED_AT:
-        group = group_at(known.subject, ends[MOST_LOOKED_AT], final)
-        yield replace(group, markings=len(ends) - MOST_LOOKED_AT, is_rest=True)
+    if count > MOST_LOOKED_AT:
+        group = group_at(known.subject, ends[MOST_LOOKED_AT], final, of_signals)
+        yield replace(group, markings=count - MOST_LOOKED_AT, is_rest=True)
+
+
+def _signal_places(subject: TimedSubject) -> set[int]:
+    """Return the places of signals, and of the clauses over them."""
+    return {
+        subject.place_index[link.target.id]
+        for link in subject.links()
+        if isinstance(link.target, pn.Place)
+        and any(isinstance(source, (sym.InputSignal, sym.Disjunction)) for source in link.sources)
+    }
 
 
 def _quiet(
-    subject: TimedSubject, markings: np.ndarray[tuple[int, ...], np.dtype[np.int64]]
+    subject: TimedSubject,
+    markings: np.ndarray[tuple[int, ...], np.dtype[np.int64]],
+    of_signals: Collection[int],
 ) -> np.ndarray[tuple[int, ...], np.dtype[np.int64]]:
-    """Return the markings that enable nothing but changes of signals, if signals are left out."""
+    """Return the markings that enable only changes of signals, whatever the values of these are."""
     ids = {
         link.target.id
         for link in subject.links()
-        if any(isinstance(source, sym.InputSignal) for source in link.sources)
+        if isinstance(link.target, pn.Transition)
+        and any(isinstance(source, sym.InputSignal) for source in link.sources)
     }
     net = subject.timed
-    of_signals = {subject.place_index[id] for id in ids if id in subject.place_index}
     quiet = np.ones(len(markings), dtype=np.bool_)
     for transition, name in enumerate(net.untimed.transitions):
         if name in ids:

@@ -169,14 +169,12 @@ class Asking:
 
     def look_at_assumptions(self, subject: Subject, answer: Outcome) -> None:
         """Store the assumptions of an answer: on simultaneous goals, shared services, and lifespans."""
-        from dineros.analysis.model.lifespans import unexpired
-        from dineros.analysis.model.shared_responses import shared_responses
+        from dineros.analysis.model.assumptions import assumptions
         from dineros.analysis.questions.held_back import held_back
 
         if answer.status != "unknown":
             goals = [each.assumption for each in held_back(subject, search().budget().begun())]
-            fresh = [] if self.timed else unexpired(subject.model)
-            self.assumes = [*goals, *shared_responses(subject.model), *fresh]
+            self.assumes = [*goals, *assumptions(subject.model, with_times=self.timed)]
 
     def tell(
         self,

@@ -39,11 +39,12 @@ _TIMES = ("interval", "duration", "offset", "jitter", "latency", "reaction")
 
 
 def says_times(model: sym.SystemModel) -> bool:
-    """Return whether a model says of anything how long it takes at most, so that times decide something.
+    """Return whether times of a model decide something: it gives a latest time, a jitter or a lifespan.
 
     The period of a timer alone does not count, nor do earliest times alone: nothing ever has to happen.
     """
-    return any(not isinstance(each, pn.TimeInterval) or each.latest is not None for each in _times(model))
+    decide = any(not isinstance(each, pn.TimeInterval) or each.latest is not None for each in _times(model))
+    return decide or bool(with_lifespans(model))
 
 
 def gives_times(model: sym.SystemModel) -> bool:

@@ -1,6 +1,6 @@
 """Builds the net of a callback page: open behaviour if nothing is given, otherwise the given steps.
 
-**Open* is the worst case: after it has begun, a callback may publish on any publisher of its node, call any
+*Open* is the worst case: after it has begun, a callback may publish on any publisher of its node, call any
 service that its node is a client of and wait for the answer or not, and send any goal, in any order and any
 number of times; or it ends.
 """

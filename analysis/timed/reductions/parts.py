@@ -79,10 +79,10 @@ def part_of_firing(net: TimedNet, transition: int) -> NetPart | None:
 def part_around(net: TimedNet, places: Iterable[int]) -> NetPart | None:
     """Return the smallest part with some places.
 
-    None if it has nearly all transitions, no place, or if priorities decide what fires.
+    None if it has nearly all transitions, no place or all places, or if priorities decide what fires.
     """
     inside = _closed(net, places)
-    if not inside or net.has_priorities:
+    if not inside or len(inside) == len(net.untimed.places) or net.has_priorities:
         return None
     every = range(len(net.intervals))
     own = {t for t in every if _tested(net, t) <= inside and (_tested(net, t) or _changes(net, t, inside))}
@@ -121,8 +121,7 @@ def _changes(net: TimedNet, transition: int, inside: set[int]) -> bool:
 
 def _cut(net: TimedNet, inside: set[int], own: set[int], guests: set[int]) -> TimedNet:
     """Return the net of a part: what is left out never fires, and guests fire at any time."""
-    left_out = len(own) + len(guests) < len(net.intervals)
-    never = {next(p for p in range(len(net.untimed.places)) if p not in inside): 1} if left_out else {}
+    never = {next(place for place in range(len(net.untimed.places)) if place not in inside): 1}
     take: list[dict[int, int]] = []
     put: list[dict[int, int]] = []
     test: list[dict[int, int]] = []

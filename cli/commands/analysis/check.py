@@ -153,8 +153,7 @@ def check(
     from dineros.analysis.checks.check import check as check_model
     from dineros.analysis.consequences.durations import left_to_durations
     from dineros.analysis.consequences.unseen import about_seen
-    from dineros.analysis.model.lifespans import unexpired
-    from dineros.analysis.model.shared_responses import shared_responses
+    from dineros.analysis.model.assumptions import assumptions
     from dineros.analysis.timed_checks.faults import TIMED_FAULTS
     from dineros.analysis.witnesses.findings import Report, Unknown
 
@@ -199,8 +198,7 @@ def check(
         if left_out:  # what the model lacks may do anything
             found = replace(found, proved=[], assumed=[*report.assumed, *report.proved])
         if found.proved or found.assumed:
-            fresh = [] if timed else unexpired(net)
-            found = replace(found, assumes=[*shared_responses(net), *fresh])
+            found = replace(found, assumes=assumptions(net, with_times=timed))
         return acceptance.apply(about_seen(net, left_to_durations(net, found)))
 
     def so_far(ending: str) -> int:

@@ -137,6 +137,11 @@ def test_conditions_on_firings_that_may_be_outside_are_not_asked_of_a_part() -> 
         assert part_of_formula(net, formula, names) is None
 
 
+def test_a_part_with_all_places_is_the_whole_net() -> None:
+    made = [Transition("t", {"p": 1}, {"p": 1}), *(Transition(f"idle{n}", {}, {}) for n in range(3))]
+    assert part_around(TimedNet.build({"p": 1}, made, {}), [0]) is None
+
+
 def test_priorities_have_no_parts() -> None:
     net = TimedNet.build(
         {"p": 1, "q": 1, "r": 1},

@@ -193,6 +193,24 @@ def test_without_intervals_a_check_answers_as_without_times() -> None:
         assert timed.times is None
 
 
+def test_with_signals_the_end_of_a_scenario_is_no_fault_and_what_waits_is() -> None:
+    """At the start only a signal can change: that is no deadlock, as the transition waits for the signal."""
+    model = talker()
+    find(model, "Say", sym.Transition).interval = pn.TimeInterval(earliest=2, latest=3)
+    assert signals_matter(model)
+    (rest,) = found(check_timed(model), "deadlock")
+    assert rest.severity == "note"
+    assert rest.witness is not None and len(rest.witness.steps) > 3
+
+    listen = find(model, "Listen", sym.Transition)
+    missing = sym.Place(id="Missing")
+    assert listen.page is not None
+    listen.page.objects.append(missing)
+    flow(missing, listen)
+    waits = found(check_timed(model), "deadlock")
+    assert [each.severity for each in waits if "Listen" in each.message] == ["warning"]
+
+
 def test_findings_about_models_have_schedules() -> None:
     model = talker()
     model.channels[0].publishers[0].limit = 1  # type: ignore[attr-defined]
