@@ -42,6 +42,8 @@ class Outcome:
         note.
     elements : tuple of str
         Ids of the elements that an undecided question is about, in a report of many questions.
+    rule : str
+        Id of the rule that an undecided question in a report may break, where there is one.
     by : str
         The method that answered, as text: ``state equation``, ``explicit search`` ...
     times : tuple of FiredAt
@@ -64,6 +66,7 @@ class Outcome:
     ends_at_fault: bool = False
     times: tuple[FiredAt, ...] = ()
     elements: tuple[str, ...] = ()
+    rule: str = ""
 
     @classmethod
     def left_open(cls, question: str, reason: str, hint: str = "", may_be_fault: bool = True) -> Outcome:

@@ -11,7 +11,7 @@ from dineros.analysis.checks.blocking import Callbacks
 from dineros.analysis.checks.overflow import Overflow
 from dineros.analysis.checks.question import Checked, Question
 from dineros.analysis.checks.remedies import remedy_text
-from dineros.analysis.nets.bounds import place_bounds
+from dineros.analysis.nets.bounds import flows_and_bounds, place_bounds
 from dineros.analysis.symbolic.engine import symbolic_state_space
 from dineros.analysis.symbolic.levels import LevelSizeError, UnknownBoundError
 from dineros.analysis.witnesses.findings import Fault, pumping_witness
@@ -81,11 +81,11 @@ class Boundedness(Question):
                 return
             except Exception as error:
                 reason = checked.failed(error)
-                checked.leave_open("whether the net is bounded", reason)
+                self._without_space(checked, reason)
             else:
                 if not reason or self._recurs(checked):
                     return
-                checked.leave_open("whether the net is bounded", reason)
+                self._without_space(checked, reason)
         from dineros.analysis.covering.firings import firings
 
         self._grow(checked, pumpings)
@@ -135,6 +135,19 @@ class Boundedness(Question):
                 raise _RecurrentError
             Callbacks.ask_early(checked)
             Overflow.ask_early(checked)
+
+    @staticmethod
+    def _without_space(checked: Checked, reason: str) -> None:
+        """Put into the report whether bounds of all places are proved without a state space."""
+        _, bounds = checked.subject.net.once(flows_and_bounds)
+        values = [bound.value for bound in bounds if bound is not None]
+        if len(values) < len(bounds):
+            checked.leave_open("whether the net is bounded", reason)
+            return
+        checked.report.proved.append(
+            f"the net is bounded: no place ever holds more than {max(values, default=0)} tokens; "
+            f"its markings are not counted: {reason}"
+        )
 
     @staticmethod
     def _recurs(checked: Checked) -> bool:

@@ -49,8 +49,9 @@ class Overflow(Question):
                 self._ask_of(checked, queue)
 
     def _leave_open(self, checked: Checked, queue: Queue, reason: str) -> None:
+        found = self._found(queue, None)
         asks = Outcome.left_open(f"whether {queue} can overflow", reason)
-        checked.report.unknown.append(replace(asks, elements=self._found(queue, None).elements))
+        checked.report.unknown.append(replace(asks, elements=found.elements, rule=found.rule))
 
     @classmethod
     def ask_early(cls, checked: Checked) -> None:
@@ -165,10 +166,15 @@ class Presence(Question):
             some = [loss for loss in losses if loss.kind == kind]
             excluded = 0
             for loss in some:
-                with checked.guarded(partial(checked.leave_open, f"whether this can happen: {loss.text}")):
+                with checked.guarded(partial(self._leave_open, checked, fault, loss)):
                     excluded += self._is_excluded(checked, fault, loss)
             if some and excluded == len(some):
                 checked.report.proved.append(proved)
+
+    @staticmethod
+    def _leave_open(checked: Checked, fault: Fault, loss: Loss, reason: str) -> None:
+        asks = Outcome.left_open(f"whether this can happen: {loss.text}", reason)
+        checked.report.unknown.append(replace(asks, elements=loss.elements, rule=fault.rule))
 
     @classmethod
     def _assume(cls, checked: Checked) -> None:
@@ -195,7 +201,7 @@ class Presence(Question):
         """Return whether a loss is proved impossible; add other results about it to the report."""
         can_happen = can_fire(checked, loss.transitions)
         if can_happen is None:
-            checked.leave_open(f"whether this can happen: {loss.text}", checked.why_open)
+            cls._leave_open(checked, fault, loss, checked.why_open)
         elif can_happen:
             witness = firing_witness(checked, loss.transitions)
             if witness is None:

@@ -39,7 +39,8 @@ def left_to_durations(model: pn.Net, report: Report) -> Report:
     unknown = []
     for each in report.unknown:
         channel = channels.get(next(iter(each.elements), ""))
-        if report.times is not None and _depends(channel) and _reads_for_any_time(channel):
+        is_open = each.rule == Overflow.LOSES.rule and report.times is not None
+        if is_open and _depends(channel) and _reads_for_any_time(channel):
             findings.append(_open_note(each))
         else:
             unknown.append(each)

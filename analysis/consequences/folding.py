@@ -76,7 +76,7 @@ def fold_consequences(
     """
     # Time may run out: errors first, as they explain more; what may itself be a consequence comes last.
     causes = sorted(
-        filter(is_cause, report.findings),
+        (each for each in report.findings if each.severity != "note" and is_cause(each)),
         key=lambda finding: (is_effect(finding), finding.severity != "error"),
     )
     if not isinstance(model, sym.SystemModel) or not causes:

@@ -147,6 +147,14 @@ def _print_text(
         say(f"note: {counted(len(full) - left, 'queue')} can overflow {WHY}; -v lists them")
     if left:
         say(f"note: whether {counted(left, 'queue')} can overflow {OPEN}; -v lists them")
+    from dineros.analysis.consequences import lives
+
+    lost = [each for each in report.findings if each.rule in lives.RULES and each.severity == "note"]
+    left = sum(each.message.endswith(lives.OPEN) for each in lost)
+    if len(lost) > left:
+        say(f"note: messages can be lost in {counted(len(lost) - left, 'way')} {lives.WHY}; -v lists them")
+    if left:
+        say(f"note: whether messages are lost in {counted(left, 'way')} {lives.OPEN}; -v lists them")
     ends = sum(finding.rule in _ENDS and finding.severity == "note" for finding in report.findings)
     if ends:
         say(f"note: {counted(ends, 'name')} without another end in this code; -v lists them")

@@ -152,6 +152,7 @@ def check(
     start_quickly()
     from dineros.analysis.checks.check import check as check_model
     from dineros.analysis.consequences.durations import left_to_durations
+    from dineros.analysis.consequences.lives import left_to_lives
     from dineros.analysis.consequences.unseen import about_seen
     from dineros.analysis.model.assumptions import assumptions
     from dineros.analysis.timed_checks.faults import TIMED_FAULTS
@@ -199,7 +200,7 @@ def check(
             found = replace(found, proved=[], assumed=[*report.assumed, *report.proved])
         if found.proved or found.assumed:
             found = replace(found, assumes=assumptions(net, with_times=timed))
-        return acceptance.apply(about_seen(net, left_to_durations(net, found)))
+        return acceptance.apply(about_seen(net, left_to_lives(net, left_to_durations(net, found))))
 
     def so_far(ending: str) -> int:
         rest = replace(report, unknown=[*report.unknown, Unknown("everything else", ending)])
@@ -239,6 +240,7 @@ def check(
         from dineros.analysis.consequences.folding import fold_consequences
         from dineros.analysis.consequences.in_time import used_in_time
 
+        report.findings[:] = left_to_lives(net, report).findings  # notes have no consequences
         fold_consequences(net, report, budget, orders, None if report.times is None else used_in_time)
     report = accepted(report)
     with run.answer():
