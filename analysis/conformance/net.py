@@ -313,11 +313,10 @@ class ConformanceNet:
         wanted = StepRole(Lifecycle, record.node, label=record.label, state=record.state)
         return [self.subject.transition_index[name] for name, role in self.roles.items() if role == wanted]
 
-    def discarding(self, record: Drop) -> int | None:
-        """Return the transition with which a publisher loses a message while its node is inactive."""
+    def discarding(self, record: Drop) -> list[int]:
+        """Return the transitions with which a publisher loses a message while its node is not active."""
         wanted = StepRole(Drop, record.node, record.channel, "inactive", place=record.place)
-        names = [name for name, role in self.roles.items() if role == wanted]
-        return self.subject.transition_index[names[0]] if names else None
+        return [self.subject.transition_index[name] for name, role in self.roles.items() if role == wanted]
 
     @cached_property
     def node_of_state(self) -> dict[int, str]:

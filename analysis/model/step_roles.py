@@ -115,7 +115,7 @@ def _queue_role(link: Link, meaning: Meaning, copies: dict[tuple[EObject, int | 
     node = _node(port.place) if port is not None else source_of(link, sym.NodeNet).id
     if meaning.step.declared.is_of_topic:
         return StepRole(meaning.step, node, channel, place=place)
-    queue = "inactive" if meaning.part == "discard" else meaning.queue
+    queue = "inactive" if meaning.part in ("discard", "abandon") else meaning.queue
     return StepRole(meaning.step, node, channel, queue, stage, place)
 
 

@@ -289,6 +289,31 @@ class L2(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
     ]
 
 
+class L2Away(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
+    """What a callback publishes that still runs when its node is cleaned up or shut down is lost, too."""
+
+    channel = Node(sym.TopicChannel)
+    writer = Node(sym.PublisherPort, channel=channel)
+    publication = Made(Publication, of=writer)
+    source = Node(pn.Place, of=publication.source)
+    node = Node(sym.NodeNet, of=Home(writer.place))
+    life = Node(sym.Lifecycle, of=node.lifecycle)
+    away = Made(L1.away, of=node)
+
+    abandon = transition(
+        "{channel.id}.publisher.{source.id}.abandon",
+        Meaning(
+            "a message of {publisher} on topic {topic} is lost: node net {writing} is not configured",
+            step=Drop,
+            queue="publisher",
+            part="abandon",
+        ),
+    )
+    arcs = [arc(source, abandon), read(away, abandon)]
+
+    where = [Leaves(life)]
+
+
 class L3(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
     """Nothing of a node's net happens before it is configured, or active where it pauses."""
 

@@ -154,12 +154,11 @@ class Topics:
         if record.channel not in self._net.topics:
             return Fault(f"the model has no topic channel {record.channel!r}")
         if record.queue == "inactive":
-            discard = self._net.discarding(record)
-            return (
-                Fault("no such publisher has a lifecycle")
-                if discard is None
-                else self._player.fire_recorded(record, discard)
-            )
+            discards = self._net.discarding(record)
+            if not discards:
+                return Fault("no such publisher has a lifecycle")
+            chosen = next(filter(self._player.is_enabled, discards), discards[0])
+            return self._player.fire_recorded(record, chosen)
         if record.channel in self._histories:
             return self._drop_from_history(record, following)
         if record.queue == "restart":

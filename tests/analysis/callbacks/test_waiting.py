@@ -15,7 +15,7 @@ from dineros.analysis.nets.witness import replay
 from dineros.analysis.symbolic.engine import symbolic_state_space
 from dineros.analysis.witnesses.findings import Finding
 from dineros.metamodel import pn, sym
-from dineros.metamodel.build import flow
+from dineros.metamodel.build import callback, flow, place, step
 from dineros.metamodel.constraints import validate
 from dineros.metamodel.errors import DinerosError
 from examples.callbacks.models import PROGRAMS, asking, node, program, server, service, timer
@@ -233,3 +233,24 @@ def test_a_callback_that_waits_for_one_of_its_group() -> None:
         "deadlock in node n: timer callback OnTimer waits for a token in place Flag, which timer callback "
         "OnOther would give; OnOther needs the default callback group, which OnTimer holds"
     )
+
+
+def test_a_callback_ends_that_publishes_after_its_node_was_shut_down() -> None:
+    """The node is shut down by another thread, outside of the callback's group; the message is lost."""
+    model = sym.SystemModel(id="cameras", middleware="ros2")
+    camera = sym.NodeNet(
+        id="camera", net=model, execution="callbacks", executor="multi", threads=2,
+        lifecycle=sym.Lifecycle(cleansUp=True, shutsDown=True),
+    )  # fmt: skip
+    page = callback(camera, "OnTick", "timer", 0.1)
+    page.group = sym.CallbackGroup(id="own")
+    camera.callbackGroups.append(page.group)
+    runs, image = place(page, "Runs"), place(camera, "Image")
+    begin, publish = step(page, "Begin", [], [runs]), step(page, "Publish", [runs], [image])
+    begin.kind, publish.kind = "start", "end"  # type: ignore[assignment]
+    model.channels.append(
+        sym.TopicChannel(id="Images", topic="/image", publishers=[sym.PublisherPort(place=image)])
+    )
+    assert [each for each in validate(model) if each.severity == "error"] == []
+    assert found(model, "callback-never-ends") == []
+    assert "every callback that has begun can end" in check(model).proved

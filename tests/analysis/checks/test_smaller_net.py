@@ -8,7 +8,7 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
-from dineros.analysis.answers.budget import Budget
+from dineros.analysis.answers.budget import Budget, BudgetExceededError
 from dineros.analysis.checks import boundedness as module
 from dineros.analysis.checks.boundedness import Places
 from dineros.analysis.checks.check import check
@@ -21,6 +21,7 @@ from dineros.metamodel.build import callback, flow, place, step
 from dineros.metamodel.elements import places as all_places
 from dineros.metamodel.errors import DinerosError
 from tests.analysis.properties.test_recurrence import turning_net
+from tests.support.ros2_systems.managed_systems import talk
 from tests.support.systems.calling_systems import calling_systems
 from tests.support.systems.chatty_systems import chatty_systems
 from tests.support.systems.looping_clients import COUNTS, looping_clients
@@ -142,3 +143,16 @@ def test_many_looping_clients() -> None:
     assert "every transition can fire, every channel is used" in report.proved
     assert "the net is live: every transition can always fire again" in report.proved
     assert "the net is reversible: the initial marking can always be reached again" in report.proved
+
+
+def test_bounds_of_places_prove_boundedness_without_a_state_space(monkeypatch: pytest.MonkeyPatch) -> None:
+    def out_of_time(*_: object, **__: object) -> None:
+        raise BudgetExceededError("time ran out")
+
+    monkeypatch.setattr(module, "symbolic_state_space", out_of_time)
+    model = talk(None, None)
+    report = check(model)
+    most = max(bound.value for bound in place_bounds(base_subject(model).net) if bound is not None)
+    told = f"the net is bounded: no place ever holds more than {most} tokens"
+    assert any(each.startswith(told) for each in report.proved)
+    assert not any("bounded" in each.question for each in report.unknown)

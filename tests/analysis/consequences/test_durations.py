@@ -30,7 +30,8 @@ def model_of_code() -> sym.SystemModel:
 
 
 def left(model: sym.SystemModel, times: UsedTimes | None, *about: str) -> Report:
-    unknown = replace(Outcome.left_open("whether the history can overflow", "time ran out"), elements=about)
+    asks = Outcome.left_open("whether the history can overflow", "time ran out")
+    unknown = replace(asks, elements=about, rule="queue-overflow")
     return left_to_durations(model, Report(unknown=[unknown], times=times))
 
 

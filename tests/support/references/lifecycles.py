@@ -223,6 +223,9 @@ class LifecycleInterpreter(ExecutorInterpreter):
                 name = f"{topic.id}.publisher.{place}.discard"
                 self._happens(name, lambda s, sent=sent: s[sent] > 0, {sent: -1})  # type: ignore[misc]
                 self._if(name, self._in(node, INACTIVE))
+                if node.lifecycle.cleansUp or node.lifecycle.shutsDown:
+                    name = f"{topic.id}.publisher.{place}.abandon"
+                    self._lost(name, sent, self._in(node, UNCONFIGURED, FINALIZED))
             for reader in topic.subscribers:
                 if are_matched(writer, reader):
                     self._pair(topic, writer, reader)
