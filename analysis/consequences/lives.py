@@ -1,10 +1,10 @@
 """Messages lost because of a managed node, in models of source code: whether they are depends on its life.
 
 Code does not say when a managed node is configured, activated and stopped: its manager does, or a person. So
-a model of source code lets it change its state at any time, which is noted as an assumption. Then each message
-that comes or goes at the wrong time can be lost. Such a finding says nothing about the code: it is a note.
-It is a fault again once the facts about the node say what happens to it. Requests that are lost stay faults:
-their clients may wait forever.
+a model of source code lets it change its state at any time, which is noted as an assumption. Then each
+message that comes or goes at the wrong time can be lost. Such a finding says nothing about the code: it is a
+note. It is a fault again once the facts about the node state what happens to it. Requests that are lost stay
+faults: their clients may wait forever.
 """
 
 from __future__ import annotations
