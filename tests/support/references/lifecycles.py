@@ -223,7 +223,8 @@ class LifecycleInterpreter(ExecutorInterpreter):
                 name = f"{topic.id}.publisher.{place}.discard"
                 self._happens(name, lambda s, sent=sent: s[sent] > 0, {sent: -1})  # type: ignore[misc]
                 self._if(name, self._in(node, INACTIVE))
-                if node.lifecycle.cleansUp or node.lifecycle.shutsDown:
+                life = None if node is None else node.lifecycle
+                if life is not None and (life.cleansUp or life.shutsDown):
                     name = f"{topic.id}.publisher.{place}.abandon"
                     self._lost(name, sent, self._in(node, UNCONFIGURED, FINALIZED))
             for reader in topic.subscribers:
