@@ -144,7 +144,8 @@ def _node_nets(model: sym.SystemModel, alive: _Alive) -> Iterator[Finding]:
     ports = _ports(model)
     for node in node_nets(model):
         own = [transition for transition in transitions(model) if node_net_of(transition) is node]
-        if not any(alive.any(part) for part in (*own, *ports.get(node, ()))):
+        parts: list[EObject] = [*own, *ports.get(node, ())]
+        if parts and not any(map(alive.any, parts)):
             yield NODE_NET.found(node.id, node=node.id)
 
 

@@ -59,3 +59,9 @@ def test_findings_about_invented_nodes_alone_are_dropped() -> None:
     other = Finding("unused-topic", "warning", ("pose",), "nobody hears it")
     kept = about_seen(model, Report(findings=[invented, real, other]))
     assert kept.findings == [real, other]
+
+
+def test_a_node_of_parameters_only_has_nothing_that_could_be_dead() -> None:
+    model = to_model(ObservedSystem("code", (ROBOT, ObservedNode("/settings")), is_partial=True)).model
+    assert "settings" in [node.id for node in node_nets(model)]
+    assert "dead-node-net" not in {each.rule for each in check(model).findings}
