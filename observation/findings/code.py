@@ -48,7 +48,8 @@ _SPINS = (
 def code_findings(read: Iterable[tuple[str, Facts]]) -> list[Finding]:
     """Return the findings in the code of folders, in the order of the code.
 
-    The elements of a finding are the names of node and callback.
+    The elements of a finding are the names of node and callback. What a callback does at several lines is one
+    finding with these lines.
 
     Parameters
     ----------
@@ -68,8 +69,10 @@ def code_findings(read: Iterable[tuple[str, Facts]]) -> list[Finding]:
                     ]
             found += [_at(place, folder, finding) for place, finding in _locks(node)]
         found += [_at(place, folder, finding) for place, finding in losses(facts.nodes)]
-    unique = {finding: (file, line) for file, line, finding in found}
-    return sorted(unique, key=lambda finding: unique[finding])
+    unique: dict[Finding, dict[str, None]] = {}
+    for _, _, finding in sorted(found, key=lambda each: each[:2]):
+        unique.setdefault(replace(finding, lines=()), {}).update(dict.fromkeys(finding.lines))
+    return [replace(finding, lines=tuple(lines)) for finding, lines in unique.items()]
 
 
 def _at(place: Place, folder: str, finding: Finding) -> tuple[str, int, Finding]:

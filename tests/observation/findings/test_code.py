@@ -158,3 +158,14 @@ def test_a_number_of_threads_that_the_code_does_not_tell_may_be_one(tmp_path: Pa
     assert (
         found.severity == "warning" and "if the executor has one thread (open: sys.argv[1])" in found.message
     )
+
+
+def test_what_a_callback_does_at_several_lines_is_one_finding(tmp_path: Path) -> None:
+    body = "time.sleep(5)\nself.step()\ntime.sleep(5)\ntime.sleep(2)"
+    text = HEAD + indent(body, "        ") + MAIN.replace("THREADS", "2")
+    (tmp_path / "robot.py").write_text(text)
+    first = text[: text.index("time.sleep(5)")].count("\n") + 1
+    assert [each.lines for each in code_findings([(".", read_source(tmp_path))])] == [
+        (f"robot.py:{first}", f"robot.py:{first + 2}"),
+        (f"robot.py:{first + 3}",),
+    ]
