@@ -5,8 +5,8 @@ queue between nodes can overflow that is not bounded otherwise. Such a finding s
 is a note. It stays an error if writer and reader are in one node net: they share an executor, and a callback
 that publishes more than the queue holds loses messages however quick the reader is.
 
-With times, the search for such an overflow may not end. Where the callback that reads has no greatest
-duration, that question is left to the durations, too.
+The search for such an overflow may not end. Then it could only be a note, too, and the question is left to
+the durations. With times, that is so where the callback that reads has no greatest duration.
 """
 
 from __future__ import annotations
@@ -39,8 +39,8 @@ def left_to_durations(model: pn.Net, report: Report) -> Report:
     unknown = []
     for each in report.unknown:
         channel = channels.get(next(iter(each.elements), ""))
-        is_open = each.rule == Overflow.LOSES.rule and report.times is not None
-        if is_open and _depends(channel) and _reads_for_any_time(channel):
+        is_open = each.rule == Overflow.LOSES.rule and _depends(channel)
+        if is_open and (report.times is None or _reads_for_any_time(channel)):
             findings.append(_open_note(each))
         else:
             unknown.append(each)

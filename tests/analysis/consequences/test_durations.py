@@ -35,8 +35,9 @@ def left(model: sym.SystemModel, times: UsedTimes | None, *about: str) -> Report
     return left_to_durations(model, Report(unknown=[unknown], times=times))
 
 
-def test_a_queue_whose_reader_may_take_any_time_is_left_to_durations() -> None:
-    found = left(model_of_code(), TIMES, "topic.scan")
+@pytest.mark.parametrize("times", [None, TIMES], ids=["without times", "with times"])
+def test_a_queue_whose_reader_may_take_any_time_is_left_to_durations(times: UsedTimes | None) -> None:
+    found = left(model_of_code(), times, "topic.scan")
     assert found.unknown == []
     assert [(each.rule, each.severity, each.message) for each in found.findings] == [
         ("queue-overflow", "note", f"whether the history can overflow {OPEN}")
@@ -44,17 +45,15 @@ def test_a_queue_whose_reader_may_take_any_time_is_left_to_durations() -> None:
 
 
 @pytest.mark.parametrize("times", [None, TIMES], ids=["without times", "with times"])
-def test_what_durations_do_not_decide_stays_unknown(times: UsedTimes | None) -> None:
+def test_what_durations_decide_stays_unknown_with_times(times: UsedTimes | None) -> None:
     model = model_of_code()
     reads = find(model, "log.on_scan")
     assert isinstance(reads, sym.CallbackPage)
     reads.duration = seconds(0, 0.1)
-    for about in (("topic.scan",), ()):
-        found = left(model, times, *about)
-        assert (len(found.unknown), found.findings) == (1, [])
-    if times is None:
-        reads.duration = None
-        assert left(model, None, "topic.scan").findings == []
+    found = left(model, times, "topic.scan")
+    assert (len(found.unknown), len(found.findings)) == ((0, 1) if times is None else (1, 0))
+    nothing_known = left(model, times)
+    assert (len(nothing_known.unknown), nothing_known.findings) == (1, [])
 
 
 def test_a_check_with_times_says_which_queue_is_open() -> None:
