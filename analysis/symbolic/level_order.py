@@ -21,7 +21,7 @@ import numpy as np
 
 from dineros.analysis.answers.budget import ProgressCallback
 from dineros.analysis.nets.compiled import ArcTable, CompiledNet
-from dineros.analysis.symbolic.level_starts import first_start, force_order, starts
+from dineros.analysis.symbolic.level_starts import first_start, force_order, span, starts
 from dineros.analysis.symbolic.levels import Encoding, encode_like
 from dineros.analysis.symbolic.relations import EventTables
 from dineros.analysis.symbolic.saturation import Diagram
@@ -42,6 +42,8 @@ FIRST_EFFORT = 2_000
 STARTS_PER_LIMIT = 12
 #: Effort allowed to each of the orders made from the structure: at first, and at most.
 FIRST_RACE, LAST_RACE = 500, 128_000
+#: Number of orders made from the structure that are tried on the net itself: those of the shortest spans.
+SHORTEST = 4
 #: Effort below which no other order is expected to be much better: a part for each entry of the tables of
 #: the events, and a constant part.
 GOOD_EFFORT = 8
@@ -147,6 +149,12 @@ class OrderSearch:
                     self._effort, self.order = trial.effort, order
                 self.work += trial.effort + TRIAL_WORK
             limit *= 4
+
+    @cached_property
+    def shortest(self) -> list[list[int]]:
+        """The orders made from the structure whose events have the shortest spans."""
+        found = sorted(starts(self._encoding, self._events), key=lambda order: span(self._events, order))
+        return found[:SHORTEST]
 
     def improve(self, work: int) -> None:
         """Continue the search for about `work` cache misses of saturation; it does not depend on time."""
