@@ -131,6 +131,10 @@ class Budget:
             return self.begun()
         return replace(self, started=None, seconds=max(0.0, seconds)).begun()
 
+    def unless_limited(self, seconds: float) -> Budget:
+        """Return the budget with this number of seconds from now, if it has no limit of time."""
+        return self.begun() if self.left is not None else self.at_most(seconds)
+
     @property
     def memory(self) -> int:
         """Bytes for decision diagrams."""

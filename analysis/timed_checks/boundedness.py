@@ -19,6 +19,9 @@ from dineros.metamodel.guards.using import guarded
 FIRST_SHARE, FIRST_SECONDS = 0.1, 5.0
 """Part of the time, and seconds at most, in which the classes of most nets are all built."""
 
+ALL_SECONDS = 300.0
+"""Seconds for all that is left if there are more classes, and no other limit of time."""
+
 WALKS_SHARE, UNTIMED_SHARE, UNTIMED_SECONDS = 0.1, 0.4, 120.0
 """Parts of what is left for random runs and for the net without its times, and seconds at most for that."""
 
@@ -48,6 +51,8 @@ class TimedBoundedness(Question):
         ways = [f"state classes with times, compared by inclusion ({explored.kind})"]
         proof: WithoutTimes | None = None
         if not explored.is_complete:
+            # Without a limit, the classes of a large net would be built until the memory is full.
+            checked.budget = checked.budget.unless_limited(ALL_SECONDS)
             with checked.guarded(None):
                 ways += self._bound_responses(checked, found)
         if not explored.is_complete and explored.growth is None:

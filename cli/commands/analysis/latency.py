@@ -28,6 +28,9 @@ if TYPE_CHECKING:
     from dineros.analysis.latencies.depths import Depth
     from dineros.analysis.witnesses.findings import Witness
 
+EXACT_SECONDS = 60.0
+"""Seconds for exact times if the command has no limit; then bounds are the answer."""
+
 
 @search_command(
     "dineros latency chain.sym.xmi",
@@ -65,8 +68,8 @@ def latency(
     stays the newest one). Without them: the response time of each callback, the longest history of each
     reader, and which timers lose ticks.
 
-    Times are exact. If the search does not end within --timeout or --memory, or with --bounds, the answers
-    are safe bounds instead: nothing takes longer than "at most" says.
+    Times are exact. If the search does not end within --timeout (60 s if it is not given) or --memory, or
+    with --bounds, the answers are safe bounds instead: nothing takes longer than "at most" says.
 
     With --depths: the least depth of each reader history with which no message is displaced.
 
@@ -114,7 +117,7 @@ def latency(
             run.draft(partial(saying.all, bound))
             run.stage("measuring times")
             try:
-                asked = Latencies(net, run.budget())
+                asked = Latencies(net, run.budget().unless_limited(EXACT_SECONDS))
                 reason = asked.reason and run.reason(asked.reason)
                 if isinstance(bound, Everything):
                     found = known_everything(asked.everything(), bound)

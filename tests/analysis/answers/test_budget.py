@@ -62,3 +62,9 @@ def test_states_of_a_diagram_are_no_states() -> None:
     assert told == ["11 nodes, 3 MiB", "1,100 markings, 5,000/s, 1 MiB"]
     with pytest.raises(BudgetExceededError, match="memory ran out: more than 1 MiB needed"):
         Budget(1 << 20).check_memory(1 << 21)
+
+
+def test_a_budget_without_a_limit_gets_one() -> None:
+    unlimited, limited = Budget().unless_limited(2), Budget(seconds=9).unless_limited(2)
+    assert unlimited.left is not None and unlimited.left <= 2
+    assert limited.left is not None and 2 < limited.left <= 9

@@ -13,6 +13,7 @@ from dineros.analysis.checks.check import FAULTS, check
 from dineros.analysis.timed.growth import growing_loop
 from dineros.analysis.timed.nets import compile_timed_net
 from dineros.analysis.timed.timed_subject import signals_matter
+from dineros.analysis.timed_checks import boundedness
 from dineros.analysis.timed_checks.faults import TIMED_FAULTS
 from dineros.analysis.timed_checks.timed_check import check_timed
 from dineros.analysis.witnesses.findings import Finding, Report
@@ -158,6 +159,23 @@ def test_what_has_not_ended_is_unknown_with_its_reason() -> None:
     ]
     assert "no deadlock" in report.proved and "no loop of firings happens in no time" in report.proved
     assert all("memory ran out" in each.reason for each in report.unknown)
+
+
+def test_a_check_without_a_limit_ends_if_there_are_too_many_classes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Twelve timers whose periods have no common divisor have more classes than can be built."""
+    monkeypatch.setattr(boundedness, "FIRST_SECONDS", 0.2)
+    monkeypatch.setattr(boundedness, "ALL_SECONDS", 4.0)
+    monkeypatch.setattr(boundedness, "part_of_firing", lambda *_: None)
+    periods = (7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47)
+    steps = [(f"t{period}", f"p{period}", f"p{period}", period, period + 1) for period in periods]
+    late = ("on", "r", "s", 9, 10), ("late", "r", "s", 11, 12)
+    tokens = " ".join(["r", *(f"p{period}" for period in periods)])
+    report = check_timed(plain_net(*steps, *late, tokens=tokens))
+    assert "no deadlock" in report.proved
+    assert [each.question for each in report.unknown if each.may_be_fault] == [
+        "whether these can ever be used: late"
+    ]
+    assert all("time ran out" in each.reason for each in report.unknown)
 
 
 def test_time_stops_in_a_loop_of_firings_at_once() -> None:

@@ -146,8 +146,12 @@ def test_bounds_of_a_chain(run: Run, robot: Path) -> None:
     assert (answer["greatest"], answer["lost"], answer["exact"]) == (0.17, None, False)
 
 
-def test_bounds_where_the_search_does_not_end(run: Run, tmp_path: Path) -> None:
+@pytest.mark.parametrize("options", [("--timeout", "8"), ()], ids=["with a limit", "without"])
+def test_bounds_where_the_search_does_not_end(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, options: tuple[str, ...]
+) -> None:
     """Thirty timers in as many nodes have more states than can be explored."""
+    monkeypatch.setattr("dineros.cli.commands.analysis.latency.EXACT_SECONDS", 3.0)
     callbacks = [
         {
             "name": f"tick{number}", "node": f"n{number}", "group": "default", "period": 7 + number,
@@ -158,7 +162,7 @@ def test_bounds_where_the_search_does_not_end(run: Run, tmp_path: Path) -> None:
     nodes = {each["node"]: {"threads": 1} for each in callbacks}
     path = tmp_path / "large.sym.xmi"
     files.save(model_of({"nodes": nodes, "latency": {}, "chains": [], "callbacks": callbacks}, 0.01), path)
-    found = run("latency", path, "--timeout", "8")
+    found = run("latency", path, *options)
     assert found.exit_code == 0
     lines = found.stdout.splitlines()
     assert (
