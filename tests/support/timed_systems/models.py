@@ -30,7 +30,8 @@ class _Maker:
         self.model = sym.SystemModel(id="system", middleware="ros2")
         self.nodes: dict[str, sym.NodeNet] = {}
         self.groups: dict[tuple[str, str], sym.CallbackGroup] = {}
-        self.publishers: dict[str, sym.Place] = {}
+        self.publishers: dict[tuple[str, str], sym.Place] = {}
+        """By topic and node."""
         self.values: dict[str, sym.Place] = {}
         self.readers: dict[str, list[tuple[sym.Place, int]]] = {}
         self.servers: dict[str, tuple[sym.CallbackPage, pn.Place, pn.Place]] = {}
@@ -49,8 +50,9 @@ class _Maker:
             self._callback(each)
         for topic, readers in self.readers.items():
             self._topic(topic, readers)
-        for topic in self.publishers.keys() - self.readers.keys():
-            self._topic(topic, [])
+        for topic in dict.fromkeys(topic for topic, _ in self.publishers):
+            if topic not in self.readers:
+                self._topic(topic, [])
         for service, (page, entry, exit_) in self.servers.items():
             self._service(service, page, entry, exit_)
         wrong = [each for each in validate(self.model) if each.severity == "error"]
@@ -122,10 +124,12 @@ class _Maker:
     def _published(self, page: pn.Page, steps: list[Any]) -> list[pn.PlaceNode]:
         return [self._publisher(page, topic) for _, topic in steps]
 
-    def _publisher(self, page: pn.Page, topic: str) -> sym.Place:
-        if topic not in self.publishers:
-            self.publishers[topic] = place(page, f"{topic}.out")
-        return self.publishers[topic]
+    def _publisher(self, page: pn.Page, topic: str) -> pn.PlaceNode:
+        node = str(page.page.id)
+        if (topic, node) not in self.publishers:
+            is_first = all(topic != other for other, _ in self.publishers)
+            self.publishers[topic, node] = place(page, f"{topic}.out" if is_first else f"{topic}.out.{node}")
+        return here(self.publishers[topic, node], page)
 
     def _script(
         self,
@@ -184,8 +188,9 @@ class _Maker:
 
     def _topic(self, topic: str, readers: list[tuple[sym.Place, int]]) -> None:
         made = sym.TopicChannel(id=topic, topic=topic)
-        if topic in self.publishers:
-            made.publishers.append(sym.PublisherPort(place=self.publishers[topic], limit=10))
+        for (other, _), source in self.publishers.items():
+            if other == topic:
+                made.publishers.append(sym.PublisherPort(place=source, limit=10))
         for sink, depth in readers:
             made.subscribers.append(sym.SubscriberPort(place=sink, limit=depth))
         made.latency = self.interval(*self.system["latency"].get(topic, (0, 0)))
