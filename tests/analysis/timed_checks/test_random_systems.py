@@ -202,7 +202,7 @@ def mixed(seed: int) -> sym.SystemModel:
         if draw.random() < 0.2:
             node.lifecycle = sym.Lifecycle(deactivates=draw.random() < 0.5)
         elif node.threads == 1 and draw.random() < 0.5:
-            node.order = draw.choice(["rclcpp", "rclpy"])
+            node.order = draw.choice([sym.CallbackOrder.rclcpp, sym.CallbackOrder.rclpy])
     for page in callback_pages(model):
         if draw.random() < 0.1:
             page.duration = None

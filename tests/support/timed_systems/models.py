@@ -125,6 +125,7 @@ class _Maker:
         return [self._publisher(page, topic) for _, topic in steps]
 
     def _publisher(self, page: pn.Page, topic: str) -> pn.PlaceNode:
+        assert page.page is not None
         node = str(page.page.id)
         if (topic, node) not in self.publishers:
             is_first = all(topic != other for other, _ in self.publishers)

@@ -21,6 +21,7 @@ from dineros.metamodel.times.given import (
     runs_at_once,
     waits,
 )
+from dineros.metamodel.times.handlers import handled_until, is_kept_back
 from dineros.metamodel.times.intervals import copied_interval
 from dineros.metamodel.times.orders import keeps_order
 from dineros.metamodel.times.overlaps import runs_overlapping
@@ -372,7 +373,10 @@ class ReactsUntil(Query):
 
 
 class Reacts(Query):
-    """Whether a transition fires within the reaction time of its node: it has no interval or duration."""
+    """Whether a transition fires within the reaction time of its node.
+
+    It has no interval or duration, and no handler in flight can hold the tokens that it needs.
+    """
 
     datatype = TRUTH
     _words = "{1} fires within the reaction of {0}"
@@ -382,9 +386,35 @@ class Reacts(Query):
         assert isinstance(transition, pn.Transition)
         if runs_callbacks(node) or reaction_of(node) is None or transition.interval is not None:
             return False
+        if is_kept_back(transition):
+            return False
         if not isinstance(transition, sym.Transition):
             return True
         return transition.duration is None and default_times(node).duration is None
+
+
+class IsHandled(Query):
+    """Whether a transition with a handler that takes time fires within a time."""
+
+    datatype = TRUTH
+    _words = "{1} of {0} fires within its reaction and duration"
+
+    @staticmethod
+    def _answer(node: sym.NodeNet, transition: pn.Node) -> bool:
+        assert isinstance(transition, pn.Transition)
+        return handled_until(node, transition) is not None
+
+
+class HandledUntil(Query):
+    """Maximum time from the moment that enables a transition until its handler has ended."""
+
+    datatype = REAL
+    _words = "latest reaction of {0} and latest duration of {1}"
+
+    @staticmethod
+    def _answer(node: sym.NodeNet, transition: pn.Node) -> float | None:
+        assert isinstance(transition, pn.Transition)
+        return handled_until(node, transition)
 
 
 class Seconds(Query):

@@ -9,7 +9,14 @@ from dineros.transformations.language.functions import ancestor
 from dineros.transformations.language.patterns import Index, Made, Node
 from dineros.transformations.rules.histories import R3
 from dineros.transformations.rules.phases import Phase, StandardRule
-from dineros.transformations.rules.queries.times import CallsOnTheWay, Reacts, ReactsFrom, ReactsUntil
+from dineros.transformations.rules.queries.times import (
+    CallsOnTheWay,
+    HandledUntil,
+    IsHandled,
+    Reacts,
+    ReactsFrom,
+    ReactsUntil,
+)
 from dineros.transformations.rules.services import S1, S2, Home, instances
 
 
@@ -22,6 +29,17 @@ class D7(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
     reaction = New(pn.TimeInterval, into=move.interval, earliest=ReactsFrom(node), latest=ReactsUntil(node))
 
     where = [Reacts(node, move)]
+
+
+class D7Handled(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
+    """A transition whose handler takes time fires when that ends; handlers of several tokens may overlap."""
+
+    move = Node(sym.Transition)
+    node = Node(sym.NodeNet, of=ancestor(move, sym.NodeNet))
+
+    flight = New(pn.TimeInterval, into=move.interval, earliest=0.0, latest=HandledUntil(node, move))
+
+    where = [IsHandled(node, move)]
 
 
 class D7Take(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
