@@ -47,6 +47,26 @@ class Received(Anything):
 
 
 @dataclass(eq=False)
+class Answered(Anything):
+    """A field of the response that a client has received is true; evaluating it may be the call.
+
+    Attributes
+    ----------
+    name : str
+        The field.
+    call : Effect
+        The request.
+    starts : bool
+        Whether the response has started the callback.
+    """
+
+    name: str = ""
+    call: Effect | None = None
+    starts: bool = False
+    at: Place | None = None
+
+
+@dataclass(eq=False)
 class Compared(Condition):
     """A comparison of a variable with a constant by ``==`` or ``is``; without one, a truth test."""
 
@@ -131,6 +151,15 @@ class Put(Item):
 
     variable: Variable
     values: tuple[Known, ...] | None
+    at: Place
+
+
+@dataclass(eq=False)
+class Give(Item):
+    """An assignment of a truth value to a field of a response of a service; None: any value."""
+
+    name: str
+    value: bool | None
     at: Place
 
 

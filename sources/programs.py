@@ -14,8 +14,8 @@ from dineros.sources.branches import fields_of_effects, variables_set
 from dineros.sources.facts import CallbackFact, Facts, NodeFact, Place
 from dineros.sources.folders import SourceFolder
 from dineros.sources.language.calls import Interpreter
+from dineros.sources.language.fields.messages import answered
 from dineros.sources.language.machine import Activity, TooLong
-from dineros.sources.language.messages import answered
 from dineros.sources.language.modules import Module, Modules
 from dineros.sources.language.values import Bound, Callback, Class, Frame, Function
 from dineros.sources.left_out import lines

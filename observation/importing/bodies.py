@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.build import flow
-from dineros.observation.importing.flows.graphs import steps_of
-from dineros.observation.importing.flows.labels import Ask, Flow, Received, Set, Step
+from dineros.observation.importing.flows.graphs import steps_of, variables_of
+from dineros.observation.importing.flows.labels import Answers, Ask, Flow, Has, Received, Set, Step
 from dineros.observation.importing.names import Ids, flat
 
 
@@ -75,6 +75,7 @@ class Body:
         self._possible = possible
         self._references: dict[pn.Place, pn.ReferencePlace] = {}
         self._calls: dict[tuple[str, str | None], Call] = {}
+        self._called = set[tuple[pn.Place, pn.Place]]()
         self._limits: dict[tuple[str, str | None], float | None] = {}
 
     def place(self, word: str, **features: object) -> sym.Place:
@@ -86,7 +87,11 @@ class Body:
         return sym.Transition(id=self._id(word), kind=kind, page=self.page, sourceLine=at or None)
 
     def run(
-        self, begin: sym.Transition, steps: tuple[Step, ...] | None, branches: Flow | None = None
+        self,
+        begin: sym.Transition,
+        steps: tuple[Step, ...] | None,
+        branches: Flow | None = None,
+        message: sym.Place | None = None,
     ) -> pn.Place:
         """Add the steps of the callback after its first transition; return the last place.
 
@@ -97,11 +102,18 @@ class Body:
         steps : tuple of Step or None
             In order; None: open.
         branches : Flow or None
-            The steps in branches, if variables decide about them.
+            The steps in branches, if variables or responses decide about them.
+        message : sym.Place or None
+            Where the response is that has started the callback.
         """
-        state: pn.Place = self.place("runs")
+        state = self.place("runs")
         flow(begin, state)
-        if branches is not None and self._possible.variables:
+        if branches is not None and self._is_followed(branches):
+            started = {edge.label.name for edge in branches.edges if isinstance(edge.label, Has)}
+            if started and message is not None and message.tokenType is not None:
+                state.tokenType = message.tokenType
+                names = sorted(started)
+                begin.assigns = ", ".join(f"{_field(state, n)} := {_field(message, n)}" for n in names)
             return self._follow(state, branches)
         if steps is None:
             for step in self._possible.steps():
@@ -118,6 +130,26 @@ class Body:
                 flow(state, self.transition(f"without_{flat(step.name)}", at=step.at), after)
             state = after
         return state
+
+    def reply(
+        self,
+        begin: sym.Transition,
+        steps: tuple[Step, ...] | None,
+        branches: Flow | None,
+        answer: sym.Place,
+    ) -> None:
+        """Add the steps of a service's callback after its first transition, and its responses."""
+        gives = branches is not None and any(isinstance(each.label, Answers) for each in branches.edges)
+        if branches is None or not gives or not self._is_followed(branches) or answer.tokenType is None:
+            self.end(self.run(begin, steps, branches), answer)
+            return
+        state = self.place("runs")
+        flow(begin, state)
+        self._follow(state, branches, answer)
+
+    def _is_followed(self, branches: Flow) -> bool:
+        """Return whether the node has all variables of a flow."""
+        return bool(self._possible.variables) or not variables_of(branches)
 
     def decide(self, begin: sym.Transition, message: sym.Place, received: Received) -> pn.Place:
         """Add the branches of a callback that a field of its message decides; return the last place."""
@@ -166,6 +198,17 @@ class Body:
                 self._do(label, before, after)
             elif isinstance(label, Set):
                 self._set(label, before, after)
+            elif isinstance(label, Has):
+                text = str(label.value).lower()
+                tests = self.transition(f"{flat(label.name)}_is_{text}", at=label.at)
+                if _has_type(before):
+                    tests.guard = f"{_field(before, label.name)} = {text}"
+                flow(before, tests, after)
+            elif isinstance(label, Answers):
+                answers = self.transition("answers")
+                flow(before, answers, after)
+                if label.value is not None and _has_type(after):
+                    answers.assigns = f"{_field(after, label.name)} := {str(label.value).lower()}"
             elif isinstance(label, Ask):
                 for value in sorted(label.values):
                     asks = self.transition(f"{flat(label.variable)}_is_{flat(value)}", at=label.at)
@@ -212,8 +255,15 @@ class Body:
             if client not in self._calls:
                 self._calls[client] = self._possible.call(self.page, step, self._limits.get(client))
             call = self._calls[client]
-            flow(before, self.transition(f"calls_{name}", at=step.at), call.request)
-            flow(call.response, self.transition(f"has_{name}", at=step.at), after)
+            known = (before, call.request)
+            if step.answer is None or known not in self._called:  # one call, a step for each answer
+                self._called.add(known)
+                flow(before, self.transition(f"calls_{name}", at=step.at), call.request)
+            has = self.transition(f"has_{name}", at=step.at)
+            flow(call.response, has, after)
+            if step.answer is not None and call.response.tokenType is not None:
+                field, value = step.answer
+                has.guard = f"{_field(call.response, field)} = {str(value).lower()}"
             if call.timed_out is not None:
                 flow(call.timed_out, self.transition(f"gives_up_{name}", at=step.at), after)
             return
@@ -241,6 +291,11 @@ class Body:
 
     def _id(self, word: str) -> str:
         return self._ids.new(f"{self.page.id}.{word}")
+
+
+def _has_type(place: pn.Place) -> bool:
+    """Return whether guards can speak of the tokens of a place."""
+    return isinstance(place, sym.Place) and place.tokenType is not None
 
 
 def _field(place: pn.Place, field: str) -> str:

@@ -66,7 +66,7 @@ def to_model(system: ObservedSystem, given: Given | None = None, id: str = "obse
     """
     given = given or Given()
     found = whole(system, given)
-    channels, assumed = Channels(certain(given.deciding, found.nodes, given)), list[Assumed]()
+    channels, assumed = Channels(certain(given.deciding, found.nodes, system.nodes, given)), list[Assumed]()
     channels.ids.new(id)
     model = sym.SystemModel(id=id, middleware="ros2")
     if given.latency is not None or given.takes is not None:

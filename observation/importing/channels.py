@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.matching import Quality
-from dineros.observation.importing.flows.labels import Deciding
+from dineros.observation.importing.flows.labels import Deciding, of_service
 from dineros.observation.importing.names import Ids, flat
 from dineros.observation.systems import USUAL, Endpoint, TopicEndpoint
 
@@ -42,6 +42,17 @@ class Channels:
         if name not in self.types:
             id = self.ids.new(f"type.{flat(name)}")
             self.types[name] = sym.TokenType(id=id, ros=name)
+        return self.types[name]
+
+    def responses(self, service: str) -> sym.TokenType | None:
+        """Return the token type of the responses of a service; None: their data does not matter."""
+        deciding = self.deciding.get(of_service(service))
+        if deciding is None:
+            return None
+        name = f"{deciding.type}.{deciding.name}"
+        if name not in self.types:
+            fields = [sym.TokenField(name=deciding.name, kind="boolean")]
+            self.types[name] = sym.TokenType(id=self.ids.new(f"type.{flat(name)}"), fields=fields)
         return self.types[name]
 
     def all(self) -> list[sym.Channel]:
@@ -99,7 +110,8 @@ class Channels:
         name = endpoint.name
         if name not in self.services:
             id = self.ids.new(f"service.{flat(name)}")
-            self.services[name] = sym.ServiceChannel(id=id, service=name, type=endpoint.type)
+            type = None if of_service(name) in self.deciding else endpoint.type  # tokens have fields of it
+            self.services[name] = sym.ServiceChannel(id=id, service=name, type=type)
         return self.services[name]
 
     def _action(self, endpoint: Endpoint) -> sym.ActionChannel:

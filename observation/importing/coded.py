@@ -10,7 +10,7 @@ from dineros.metamodel.matching import Quality
 from dineros.metamodel.ros_names import snake_case
 from dineros.observation.importing.assuming import Taken, of_client
 from dineros.observation.importing.flows.deciding import Decisions
-from dineros.observation.importing.flows.fields import deciding_fields
+from dineros.observation.importing.flows.fields import deciding_fields, deciding_responses
 from dineros.observation.importing.flows.labels import Deciding, Received, Step
 from dineros.observation.importing.given import Given, GivenCallback, GivenNode
 from dineros.observation.importing.groups.of_node import GroupsOfNode
@@ -20,6 +20,7 @@ from dineros.observation.importing.timing import order_of, sleeps_of, stops_of
 from dineros.observation.systems import Endpoint, ObservedNode, ObservedSystem, TopicEndpoint
 from dineros.sources.alternatives import taken_of, types_of
 from dineros.sources.facts import CallbackFact, Entity, Facts, NodeFact, Place, is_open, located
+from dineros.sources.interfaces import Interfaces
 
 PROCESSORS = 4
 """Assumed threads of an executor with one thread per processor."""
@@ -76,7 +77,11 @@ def coded(read: Iterable[tuple[str, Facts]], source: str) -> Coded:
     read = list(read)
     coded_nodes = [_CodedNode(fact, taken, folder) for folder, facts in read for fact in facts.nodes]
     types = types_of(each.names for each in coded_nodes)
-    deciding = deciding_fields((one.fact, one.names) for one in coded_nodes)
+    named = [(one.fact, one.names) for one in coded_nodes]
+    interfaces = Interfaces()
+    for _, facts in read:
+        interfaces.add(facts.interfaces)
+    deciding = {**deciding_fields(named), **deciding_responses(named, interfaces)}
     for number, one in enumerate(coded_nodes):
         fact = one.fact
         one.chosen = taken_of(one.names, number, types)
@@ -133,6 +138,7 @@ def _corrected(code: GivenCallback | None, said: GivenCallback) -> GivenCallback
         awaits=said.awaits or (said.does is None and code.awaits),
         takes=code.takes if said.takes is None else said.takes,
         received=code.received if said.does is None else None,
+        flow=code.flow if said.does is None else None,
         offset=said.offset,
         jitter=said.jitter,
         measured=said.measured,
@@ -288,6 +294,7 @@ class _CodedNode:
             lambda fact: behaviour.steps(fact) is None,
             self.is_spun,
             self._folder,
+            {key: each.name for key, each in self.deciding.items()},
         )
         callbacks: dict[str, GivenCallback] = {}
         timers: dict[str, float] = {}

@@ -84,7 +84,8 @@ class GivenCallback:
     measured : str
         Where these times come from.
     flow : Flow or None
-        Its steps in branches, if it depends on variables; of an action client, its handling of results.
+        Its steps in branches, if it depends on variables or responses, or gives one; of an action client, its
+        handling of results.
     accepted, rejected : Flow or None
         Of an action client: its handling of accepted and rejected goals.
     received : Received or None

@@ -171,7 +171,8 @@ class NodeBuilder(Abilities):
         if self._is_silent:
             flow(begin, body.place("unanswered"))
         else:
-            body.end(body.run(begin, *self._does(endpoint.name)), answer)
+            answer.tokenType = self._channels.responses(endpoint.name)
+            body.reply(begin, *self._does(endpoint.name), answer)
         port = sym.ServerPort(entry=entry, exit=answer, page=body.page)
         self._channels.serve(endpoint, port, self._at_once(endpoint.name))
 
@@ -216,7 +217,12 @@ class NodeBuilder(Abilities):
             name, step = client.name, Step("send", client.name)
             if step in self._possible.puts:
                 key = self._key(name)
-                place = self._answer(key, f"on_answer_of_{flat(name)}", *self._does(key))
+                place = self._answer(
+                    key,
+                    f"on_answer_of_{flat(name)}",
+                    *self._does(key),
+                    tokens=self._channels.responses(name),
+                )
                 request = self._possible.puts[step][0]
                 asks = self._channels.ask(client, str(self._net.id), request, place, self._group(key))
                 asks.assumed = self._open_group(key)
@@ -258,11 +264,13 @@ class NodeBuilder(Abilities):
         steps: tuple[Step, ...] | None,
         branches: Flow | None = None,
         kept: pn.Place | None = None,
+        tokens: sym.TokenType | None = None,
     ) -> sym.Place:
         body = self._page(name, word, "client")
         place, begin = body.place("answer"), body.transition("begins")
+        place.tokenType = tokens
         flow(place, begin)
-        body.end(body.store(body.run(begin, steps, branches), kept))
+        body.end(body.store(body.run(begin, steps, branches, place), kept))
         return place
 
     def _page(self, name: str, word: str, kind: str, timer: float | None = None, at: str = "") -> Body:
@@ -361,6 +369,7 @@ class NodeBuilder(Abilities):
             )
             for word in ("asks", "answer_of")
         )
+        response.tokenType = self._channels.responses(service)
         port = self._channels.ask(client, str(page.id), request, response, group)
         port.assumed = self._open_group(self._key(service)) if step.group is None else None
         if timeout is None or timeout <= 0:

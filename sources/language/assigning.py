@@ -37,6 +37,7 @@ class Assignments(Conditions):
             self._name(value, ast.unparse(target))
             self.attributes.stores.add((frame.module.path, target.lineno, target.col_offset))
             holders = options(self.evaluate(target.value, frame))
+            self.gives(target, expr, frame)
             for holder in holders:
                 if isinstance(holder, Object):
                     is_one = len(holders) == 1

@@ -8,10 +8,13 @@ from dineros.sources.branches import (
     OTHER,
     SOME,
     Accepted,
+    Answered,
     Anything,
     Branch,
     Compared,
     Condition,
+    Do,
+    Give,
     Joined,
     Negated,
     Put,
@@ -19,9 +22,10 @@ from dineros.sources.branches import (
     constant,
 )
 from dineros.sources.facts import CallbackFact, Item, Known, Place, Variable
+from dineros.sources.language.fields.messages import is_only_read
+from dineros.sources.language.fields.responses import asked_call, asked_future, response_of
 from dineros.sources.language.importing import Imports
 from dineros.sources.language.machine import Activity
-from dineros.sources.language.messages import is_only_read
 from dineros.sources.language.values import (
     Bound,
     Class,
@@ -35,6 +39,7 @@ from dineros.sources.language.values import (
     Object,
     Outside,
     Port,
+    Response,
     Value,
     options,
 )
@@ -70,7 +75,7 @@ class Conditions(Imports):
                 isinstance(test.op, ast.Or),
             )
         if before:
-            return Anything(before)
+            return self._called_and_asked(test, frame, before) or Anything(before)
         if isinstance(test, ast.Attribute):
             return self._asked(test, frame)
         if isinstance(test, ast.Compare) and len(test.ops) == 1:
@@ -81,6 +86,8 @@ class Conditions(Imports):
         if self._is_received(test, frame):
             return Received(name=test.attr, at=self.place(test, frame))
         value = self._alone(test.value, frame)
+        if isinstance(value, Response):
+            return self._answered(test, value, frame)
         if isinstance(value, Goal) and value.side == "client" and test.attr == "accepted":
             return Accepted(value.entity)
         variable = self._attribute(value, test.attr)
@@ -98,6 +105,56 @@ class Conditions(Imports):
             and function is self.calls[0]
             and is_only_read(function.node, test.value.id)
         )
+
+    def _answered(self, test: ast.Attribute, value: Response, frame: Frame) -> Condition:
+        """Return the condition of a test that asks a field of a response that a client has received."""
+        effect, function = value.effect, frame.function
+        if effect is None or function is None or test.attr.startswith("_"):
+            return Anything()
+        at = self.place(test, frame)
+        if asked_call(function.node, test.value) is not None:
+            return Answered(name=test.attr, call=effect, at=at)
+        is_first = len(self.calls) == 1 and function is self.calls[0] and effect.then is self.activity.fact
+        if is_first and asked_future(function.node, test.value) is not None:
+            return Answered(name=test.attr, call=effect, starts=True, at=at)
+        return Anything()
+
+    def _called_and_asked(self, test: ast.expr, frame: Frame, before: list[Item]) -> Condition | None:
+        """Return the condition of ``self.client.call(request).success``, whose call has been read."""
+        if not isinstance(test, ast.Attribute) or test.attr.startswith("_") or frame.function is None:
+            return None
+        if isinstance(test.value, ast.Name) or asked_call(frame.function.node, test.value) is None:
+            return None
+        (first, *others) = before
+        if others or not isinstance(first, Do) or first.effect.do != "call":
+            return None
+        return Answered(before, test.attr, first.effect, at=self.place(test, frame))
+
+    def gives(self, target: ast.Attribute, expr: ast.expr | None, frame: Frame) -> None:
+        """Record that the callback of a service assigns a field of its response."""
+        function = frame.function
+        if function is None or len(self.calls) != 1 or function is not self.calls[0]:
+            return
+        if self.activity.fact.kind != "service" or not isinstance(target.value, ast.Name):
+            return
+        value, found = frame.names.get(target.value.id), response_of(function.node)
+        if not isinstance(value, Response) or value.effect is not None or found is None:
+            return
+        if target.value.id != found[0] or target.attr not in found[1]:
+            return
+        at, test = self.place(target, frame), None
+        known = expr.value if isinstance(expr, ast.Constant) and isinstance(expr.value, bool) else None
+        if known is None and expr is not None:
+            test = (
+                self._asked(expr, frame)
+                if isinstance(expr, ast.Attribute)
+                else self._truth_value(expr, frame)
+            )
+        if test is None or isinstance(test, Anything):
+            self.activity.block.append(Give(target.attr, known, at))
+            return
+        yes, no = (Give(target.attr, each, at) for each in (True, False))
+        self.activity.block.append(Branch(test, [yes], [no]))
 
     def _compared(self, left: ast.expr, operator: ast.cmpop, right: ast.expr, frame: Frame) -> Condition:
         if isinstance(operator, (ast.Eq, ast.NotEq)) and not isinstance(left, ast.Attribute):

@@ -25,6 +25,7 @@ from dineros.sources.language.values import (
     Open,
     Outside,
     OutsideMethod,
+    Response,
     SuperOf,
     Text,
     Value,
@@ -206,7 +207,9 @@ class Expressions(Collections):
 
     def result_of(self, future: Future) -> Value:
         """Return the result of a future."""
-        return Goal("client", future.entity) if future.of == "goal" else Open("result")
+        if future.of == "goal":
+            return Goal("client", future.entity)
+        return Response("result", future.effect) if future.of == "call" else Open("result")
 
     def _value_of_Starred(self, node: ast.Starred, frame: Frame) -> Value:  # noqa: N802
         return self.evaluate(node.value, frame)

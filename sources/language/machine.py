@@ -19,6 +19,7 @@ from dineros.sources.language.values import (
     Const,
     Frame,
     Function,
+    Future,
     Holder,
     Items,
     Mapping,
@@ -357,6 +358,10 @@ class Machine:
         self, function: Value, args: list[Value], keys: dict[str, Value], node: ast.AST, frame: Frame
     ) -> Value:
         """Call a value."""
+        raise NotImplementedError
+
+    def result_of(self, future: Future) -> Value:
+        """Return the result of a future."""
         raise NotImplementedError
 
     def turns(self, value: Value) -> tuple[list[Value], bool]:

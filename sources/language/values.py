@@ -39,6 +39,13 @@ class Message(Open):
     entity: Entity | None = None
 
 
+@dataclass(eq=False)
+class Response(Open):
+    """The response of a service: what its callback makes, or what a client gets by a call."""
+
+    effect: Effect | None = None
+
+
 SETTINGS = ("parameter", "environment", "option")
 """How the origin of a value begins that people can set from outside."""
 
@@ -373,7 +380,7 @@ def same(one: Value, other: Value) -> bool:
     if isinstance(one, Const) and isinstance(other, Const):
         return type(one.value) is type(other.value) and one.value == other.value
     if isinstance(one, Open) and isinstance(other, Open):
-        return one.text == other.text
+        return one.text == other.text and getattr(one, "effect", None) is getattr(other, "effect", None)
     if isinstance(one, (Text, Outside)):
         return type(one) is type(other) and vars(one) == vars(other)
     if isinstance(one, Bound) and isinstance(other, Bound):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 
 from dineros.sources.facts import Entity, NodeFact
-from dineros.sources.language.messages import sent
+from dineros.sources.language.fields.messages import sent
 from dineros.sources.language.values import (
     NONE,
     Frame,
@@ -18,6 +18,7 @@ from dineros.sources.language.values import (
     Outside,
     OutsideMethod,
     Port,
+    Response,
     Value,
     constant,
     is_none,
@@ -79,8 +80,10 @@ class Doer:
                 return Future("call", effect("call", entity.port, node, frame, "async", entity), entity)
             if name == "call":
                 given = call.argument(1, "timeout_sec")
-                effect("call", entity.port, node, frame, f"blocks, {within(given)}", entity, seconds(given))
-                return Open("response")
+                how = f"blocks, {within(given)}"
+                return Response(
+                    "response", effect("call", entity.port, node, frame, how, entity, seconds(given))
+                )
             if name == "wait_for_service":
                 given = call.argument(0, "timeout_sec")
                 effect("wait_for_service", entity.port, node, frame, within(given), entity, seconds(given))
@@ -175,7 +178,7 @@ class Doer:
     def future(self, future: Future, name: str, args: list[Value], keys: Keys) -> Value | None:
         """Call a method of a future."""
         if name == "result":
-            return Goal("client", future.entity) if future.of == "goal" else Open("result")
+            return self.machine.result_of(future)
         if name == "add_done_callback":
             function = args[0] if args else keys.get("callback")
             found = None

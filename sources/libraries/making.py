@@ -21,6 +21,7 @@ from dineros.sources.language.values import (
     Outside,
     Partial,
     Port,
+    Response,
     RunningNode,
     Value,
     constant,
@@ -311,7 +312,7 @@ class Maker:
                 "callback",
                 call.argument(2, "callback"),
                 fact,
-                [Open("request"), Open("response")],
+                [Open("request"), Response("response")],
                 "service",
             )
             self.group(entity, call.argument(-1, "callback_group"), fact)

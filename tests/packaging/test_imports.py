@@ -172,7 +172,7 @@ FOLDERS = {
             "modules",
             "values",
             "constants",
-            "messages",
+            "fields",
             "attributes",
             "machine",
             "operations",
@@ -182,6 +182,7 @@ FOLDERS = {
         ),
         *("conditions", "assigning", "statements", "calls"),
     ],
+    "sources/language/fields": ["messages", "responses"],
     "observation": [
         *(
             "systems",

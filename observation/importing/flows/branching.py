@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
 
 from dineros.observation.importing.flows.graphs import Graph
-from dineros.observation.importing.flows.labels import Ask, Label, Set
+from dineros.observation.importing.flows.knowing import GIVEN, STARTED
+from dineros.observation.importing.flows.labels import Ask, Has, Know, Label, Set, Step, Test
 from dineros.sources.branches import (
     Accepted,
+    Answered,
     Anything,
     Attempt,
     Block,
@@ -17,6 +20,7 @@ from dineros.sources.branches import (
     Compared,
     Condition,
     Do,
+    Give,
     Joined,
     Leave,
     Loop,
@@ -25,10 +29,33 @@ from dineros.sources.branches import (
     Received,
     Turns,
     blocks,
+    conditions,
+    parts,
 )
 from dineros.sources.facts import Effect, Item, Place, Variable, located
 
 END = 0
+
+
+@dataclass(frozen=True)
+class Responses:
+    """Fields of responses on which a callback depends, or that it gives; empty: none.
+
+    Attributes
+    ----------
+    calls : mapping of Effect to str
+        Of the responses of its calls.
+    started : str
+        Of the response that has started it.
+    given : str
+        Of the response that it gives.
+    """
+
+    calls: Mapping[Effect, str] = field(default_factory=dict)
+    started: str = ""
+    given: str = ""
+
+
 _MOST_TURNS = 3
 """Limit of the iterations of a loop that are distinguished if they do the same."""
 
@@ -50,6 +77,8 @@ class Branching:
         In which the files are.
     received : mapping of str to bool
         Fields of the message that the callback has received.
+    responses : Responses
+        Fields of responses.
     """
 
     def __init__(
@@ -60,7 +89,9 @@ class Branching:
         accepted: bool | None = None,
         folder: str = "",
         received: Mapping[str, bool] | None = None,
+        responses: Responses | None = None,
     ) -> None:
+        self._responses = responses or Responses()
         self._received = received or {}
         self._folder = folder
         self._step, self._names, self._texts, self._accepted = step, names, texts, accepted
@@ -70,8 +101,17 @@ class Branching:
 
     def read(self, body: Block) -> int:
         """Add a body; return its first state."""
-        start = self._state()
-        self.graph.edge(self._block(body, start), None, END)
+        start = first = self._state()
+        if self._responses.started:
+            asked = (each for one in conditions(body) for each in parts(one))
+            at = next((each.at for each in asked if isinstance(each, Answered) and each.starts), None)
+            first = self._state()
+            for value in (True, False):
+                has = self._state()
+                line = "" if at is None else self._at(at)
+                self.graph.edge(start, Has(self._responses.started, value, line), has)
+                self.graph.edge(has, Know(STARTED, value), first)
+        self.graph.edge(self._block(body, first), None, END)
         return start
 
     def _at(self, place: Place) -> str:
@@ -97,6 +137,8 @@ class Branching:
             return self._does(item, state)
         if isinstance(item, Put):
             return self._puts(item, state)
+        if isinstance(item, Give):
+            return self._gives(item, state)
         if isinstance(item, Branch):
             after = self._state()
             for block, first in zip(
@@ -118,15 +160,33 @@ class Branching:
         return state
 
     def _does(self, item: Do, state: int) -> int:
-        found = self._step(item.effect)
+        found, effect = self._step(item.effect), item.effect
+        asked = self._responses.calls.get(effect)
+        unknown = None if asked is None else Know(effect, None)
         if found is None:
-            return state
+            return state if unknown is None else self._marked(state, unknown)
         label, is_perhaps = found
         after = self._state()
-        self.graph.edge(state, label, after)
+        if asked is not None and isinstance(label, Step) and label.verb == "call":
+            for value in (True, False):
+                answered = self._state()
+                self.graph.edge(state, replace(label, answer=(asked, value)), answered)
+                self.graph.edge(answered, Know(effect, value), after)
+        else:
+            self.graph.edge(state, label, after)
+            after = after if unknown is None else self._marked(after, unknown)
         if is_perhaps:
-            self.graph.edge(state, None, after)
+            self.graph.edge(state, unknown, after)
         return after
+
+    def _marked(self, state: int, mark: Know) -> int:
+        after = self._state()
+        self.graph.edge(state, mark, after)
+        return after
+
+    def _gives(self, item: Give, state: int) -> int:
+        is_asked = item.name == self._responses.given
+        return self._marked(state, Know(GIVEN, item.value)) if is_asked else state
 
     def _puts(self, item: Put, state: int) -> int:
         name = self._names.get(item.variable)
@@ -235,6 +295,10 @@ class Branching:
                     self.graph.edge(state, Ask(name, values, self._at(condition.at)), target)
         elif isinstance(condition, Accepted) and self._accepted is not None:
             self.graph.edge(state, None, yes if self._accepted else no)
+        elif isinstance(condition, Answered) and (key := self._key(condition)) is not None:
+            state = self._block(condition.before, state)
+            self.graph.edge(state, Test(key, True), yes)
+            self.graph.edge(state, Test(key, False), no)
         elif isinstance(condition, Received) and condition.name in self._received:
             self.graph.edge(state, None, yes if self._received[condition.name] else no)
         else:
@@ -242,6 +306,15 @@ class Branching:
                 state = self._block(condition.before, state)
             self.graph.edge(state, None, yes)
             self.graph.edge(state, None, no)
+
+    def _key(self, condition: Answered) -> object | None:
+        """Return the response that a test asks, if the field matters."""
+        if condition.starts:
+            return STARTED if condition.name == self._responses.started else None
+        effect = condition.call
+        if effect is None or self._responses.calls.get(effect) != condition.name:
+            return None
+        return effect
 
 
 def _sign(block: Block) -> tuple[object, ...]:
@@ -252,6 +325,7 @@ def _sign(block: Block) -> tuple[object, ...]:
             id(item.effect) if isinstance(item, Do) else None,
             (id(item.variable), item.values) if isinstance(item, Put) else None,
             item.way if isinstance(item, Leave) else None,
+            (item.name, item.value) if isinstance(item, Give) else None,
             tuple(_sign(each) for each in blocks(item)),
             _asks(item.condition) if isinstance(item, (Branch, Loop)) else None,
         )
@@ -268,4 +342,6 @@ def _asks(condition: Condition) -> tuple[object, ...]:
         return (id(condition.variable), condition.operator, condition.value)
     if isinstance(condition, Received):
         return ("received", condition.name)
+    if isinstance(condition, Answered):
+        return ("answered", condition.name, id(condition.call), condition.starts)
     return (type(condition).__name__, id(getattr(condition, "client", None)))

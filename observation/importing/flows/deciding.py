@@ -6,16 +6,28 @@ import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
-from dineros.observation.importing.flows.branching import Branching
+from dineros.observation.importing.flows.branching import Branching, Responses
 from dineros.observation.importing.flows.graphs import either, passes, simplified, variables_of, without_marks
-from dineros.observation.importing.flows.labels import Ask, Flow, GivenVariable, Label, Mark, Received, Step
-from dineros.sources.branches import OTHER, SOME, conditions, parts, variables_set
+from dineros.observation.importing.flows.knowing import decided, followed, has_data
+from dineros.observation.importing.flows.labels import (
+    Ask,
+    Flow,
+    GivenVariable,
+    Label,
+    Mark,
+    Received,
+    Step,
+    of_service,
+)
+from dineros.sources.branches import OTHER, SOME, Answered, conditions, parts, variables_set
 from dineros.sources.branches import Received as TestOfField
 from dineros.sources.facts import CallbackFact, Effect, Entity, Known, NodeFact, Variable, is_open, located
 
 MOST_EDGES = 400
 """Limit of the edges of the flow of one callback; variables of a larger one are omitted."""
 _RESULT = Mark("asks for the result")
+_MOST_CALLS = 3
+"""Limit of the calls of one callback whose responses it distinguishes."""
 _ONCE = ("conditional", "created_in", "instances", "via", "open")
 """Details of entities that may be missing, or several, or determined outside of the code."""
 
@@ -45,6 +57,8 @@ class Decisions:
         Whether an executor runs the callbacks.
     folder : str
         In which the files are.
+    fields : mapping of str to str
+        Fields of responses that decide, by the keys of the services.
     """
 
     def __init__(
@@ -55,7 +69,9 @@ class Decisions:
         is_open: Callable[[CallbackFact], bool],
         is_spun: bool,
         folder: str = "",
+        fields: Mapping[str, str] | None = None,
     ) -> None:
+        self._fields = fields or {}
         self._fact, self._names, self._step, self._is_open = fact, names, step, is_open
         self._folder = folder
         self._called = self._entities() if is_spun else {}
@@ -86,7 +102,7 @@ class Decisions:
     # ------------------------------------------------------------------------------------ flows of callbacks
 
     def of(self, entity: Entity, role: str) -> Flow | None:
-        """Return the flow of the callback of an entity; None: it depends on no variable."""
+        """Return the flow of the callback of an entity; None: it depends on no variable and no response."""
         fact = entity.callbacks.get(role)
         if fact is None or fact not in self._called:
             return None
@@ -123,8 +139,8 @@ class Decisions:
         return without_marks(either(flows, is_perhaps=not (answers.is_certain and is_asked and flows)))
 
     def told(self, client: Entity, accepted: bool) -> Flow | None:
-        """Return the flow of an action client after a goal is accepted or rejected."""
-        if not any(map(self._decides, self._parts(client))):
+        """Return the flow of an action client after a goal is accepted or rejected; None: of a service."""
+        if (client, "send_goal") not in self._answers or not any(map(self._decides, self._parts(client))):
             return None
         return without_marks(self._told(client, accepted))
 
@@ -145,15 +161,49 @@ class Decisions:
 
     @staticmethod
     def _decides(flow: Flow) -> bool:
-        return bool(variables_of(flow))
+        return bool(variables_of(flow)) or has_data(flow)
 
     def _flow(self, fact: CallbackFact, accepted: bool | None = None) -> Flow:
         if (fact, accepted) not in self._flows:
-            made = Branching(self._label, self._variables, _texts, accepted, self._folder)
-            start = made.read(fact.body or [])
-            values = {name: tuple(_texts(each).values()) for each, name in self._variables.items()}
-            self._flows[fact, accepted] = simplified(made.graph, start, values)
+            responses = self._responses(fact)
+            flow = self._built(fact, accepted, responses)
+            if responses != Responses() and len(flow.edges) > MOST_EDGES:
+                flow = self._built(fact, accepted, Responses())
+            self._flows[fact, accepted] = flow
         return self._flows[fact, accepted]
+
+    def _built(self, fact: CallbackFact, accepted: bool | None, responses: Responses) -> Flow:
+        made = Branching(self._label, self._variables, _texts, accepted, self._folder, None, responses)
+        start = made.read(fact.body or [])
+        values = {name: tuple(_texts(each).values()) for each, name in self._variables.items()}
+        if responses == Responses():
+            return simplified(made.graph, start, values)
+        return decided(simplified(*followed(made.graph, start, responses.given), values), values)
+
+    def _responses(self, fact: CallbackFact) -> Responses:
+        """Return the fields of responses on which a callback depends, or that it gives."""
+        if not self._fields:
+            return Responses()
+        calls: dict[Effect, str] = {}
+        started = ""
+        for each in answers_tested(fact):
+            client = None if each.call is None else each.call.entity
+            name = "" if client is None else self._names.get(client, "")
+            if each.call is None or self._fields.get(of_service(name)) != each.name:
+                continue
+            if not each.starts:
+                calls[each.call] = each.name
+            elif self._is_only(client):
+                started = each.name
+        entity = self._called.get(fact)
+        is_server = entity is not None and entity.kind == "services"
+        given = self._fields.get(of_service(self._names[entity]), "") if is_server and entity else ""
+        return Responses(calls, started, given) if len(calls) <= _MOST_CALLS else Responses(given=given)
+
+    def _is_only(self, client: Entity | None) -> bool:
+        """Return whether a node has no other client of the same service."""
+        clients = [self._names[each] for each in self._names if each.kind == "clients"]
+        return client is not None and clients.count(self._names[client]) == 1
 
     def _label(self, effect: Effect) -> tuple[Label, bool] | None:
         if effect.do == "get_result" and effect.then is not None:
@@ -245,6 +295,12 @@ def tested(fact: CallbackFact) -> list[TestOfField]:
     found = [each for one in conditions(fact.body or []) for each in parts(one)]
     tests = [each for each in found if isinstance(each, TestOfField)]
     return sorted(tests, key=lambda each: 0 if each.at is None else each.at.line)
+
+
+def answers_tested(fact: CallbackFact) -> list[Answered]:
+    """Return the tests of fields of responses in a callback."""
+    found = [each for one in conditions(fact.body or []) for each in parts(one)]
+    return [each for each in found if isinstance(each, Answered)]
 
 
 def _texts(variable: Variable) -> dict[Known, str]:

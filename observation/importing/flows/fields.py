@@ -5,21 +5,25 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from dineros.metamodel.token_types.installed import MESSAGE, UnknownInterfaceError, installed_fields
-from dineros.observation.importing.flows.deciding import tested
-from dineros.observation.importing.flows.labels import Deciding
+from dineros.observation.importing.flows.deciding import answers_tested, tested
+from dineros.observation.importing.flows.labels import Deciding, of_service
 from dineros.observation.importing.given import Given, GivenNode
 from dineros.observation.systems import ObservedNode
-from dineros.sources.facts import Entity, NodeFact
+from dineros.sources.branches import Give, walk
+from dineros.sources.facts import Entity, NodeFact, is_open
+from dineros.sources.interfaces import Interfaces
 
+_MOST_DEPTH = 1
+"""Limit of the depth of the queues of a topic whose messages may have both values of a field."""
 _WORDS = {"and", "between", "false", "not", "or", "true"}
 """Words of the language of guards."""
 
 
 def deciding_fields(nodes: Iterable[tuple[NodeFact, Mapping[Entity, str]]]) -> dict[str, Deciding]:
-    """Return for each topic the boolean field that a callback tests and that all publications give one value.
+    """Return for each topic the boolean field that a callback tests and whose value all publications have.
 
-    If one of them may have another value, both branches can run. Then the topic is left as it is: queues
-    of messages that guards distinguish have many more states.
+    If one of them may have any value, both branches can run. If they have both values, too, unless the queues
+    are short: the number of contents of a queue doubles with each message that guards distinguish.
 
     Parameters
     ----------
@@ -29,11 +33,15 @@ def deciding_fields(nodes: Iterable[tuple[NodeFact, Mapping[Entity, str]]]) -> d
     types: dict[str, set[str]] = {}
     lent: set[str] = set()
     asked: dict[str, set[str]] = {}
-    sent: dict[str, set[tuple[str, bool]]] = {}
+    deep: set[str] = set()
+    sent: dict[str, dict[str, set[bool]]] = {}
     for fact, names in nodes:
         for entity, name in names.items():
             if entity.kind in ("publishers", "subscriptions"):
                 types.setdefault(name, set()).add(entity.type)
+                depth = entity.details.get("depth")
+                if not isinstance(depth, int) or not 0 < depth <= _MOST_DEPTH:
+                    deep.add(name)
             if entity.kind == "publishers" and (fact.is_lent or entity.is_lent or "via" in entity.details):
                 lent.add(name)  # code that is not in the folder may publish, too
             callback = entity.callbacks.get("callback")
@@ -42,23 +50,53 @@ def deciding_fields(nodes: Iterable[tuple[NodeFact, Mapping[Entity, str]]]) -> d
         for effect in (each for callback in fact.callbacks for each in callback.effects):
             if effect.do == "publish" and effect.entity is not None and effect.entity in names:
                 name = names[effect.entity]
-                fields = set(effect.sends.items())
-                sent[name] = sent.get(name, fields) & fields
+                before = sent.get(name, {field: set() for field in effect.sends})
+                sent[name] = {
+                    field: before[field] | {value} for field, value in effect.sends.items() if field in before
+                }
     found = {}
     for name in sorted((set(asked) & set(sent)) - lent):
         if len(types[name]) == 1:
             (type,) = types[name]
-            able = asked[name] & {field for field, _ in sent[name]} & _booleans(type)
+            usable = {field for field, values in sent[name].items() if len(values) == 1 or name not in deep}
+            able = asked[name] & usable & _booleans(type)
             if able:
                 found[name] = Deciding(type, min(able))
     return found
 
 
 def certain(
-    deciding: Mapping[str, Deciding], nodes: Iterable[ObservedNode], given: Given
+    deciding: Mapping[str, Deciding],
+    nodes: Iterable[ObservedNode],
+    observed: Iterable[ObservedNode],
+    given: Given,
 ) -> dict[str, Deciding]:
-    """Return the topics on which each node of the model sends known values, of the type that was read."""
-    found = dict(deciding)
+    """Return the topics and services whose fields still decide, in the types that were read.
+
+    Parameters
+    ----------
+    deciding : mapping of str to Deciding
+        Those by the code.
+    nodes : iterable of ObservedNode
+        The nodes of the model: each sends known values on such a topic.
+    observed : iterable of ObservedNode
+        All nodes: such a service has one server. What it answers may be open.
+    given : Given
+        What people say of the nodes.
+    """
+    found, observed, loose = dict(deciding), list(observed), list[str]()
+    for key, known in found.items():
+        ports = [
+            (port.type, is_server)
+            for node in observed
+            for is_server in (True, False)
+            for port in (node.servers if is_server else node.clients)
+            if of_service(port.name) == key
+        ]
+        if ports and ({type for type, _ in ports} != {known.type} or sum(each for _, each in ports) > 1):
+            loose.append(key)
+    for key in loose:
+        del found[key]
     for node in nodes:
         for port in (*node.publishers, *node.subscribers):
             if port.topic in found and port.type != found[port.topic].type:
@@ -66,6 +104,49 @@ def certain(
         for port in node.publishers:
             if port.topic in found and not _is_certain(given.node(node.name), port.topic):
                 del found[port.topic]
+    return found
+
+
+def deciding_responses(
+    nodes: Iterable[tuple[NodeFact, Mapping[Entity, str]]], interfaces: Interfaces
+) -> dict[str, Deciding]:
+    """Return for each service the boolean field of its response that clients test and that the server gives.
+
+    Parameters
+    ----------
+    nodes : iterable of (NodeFact, mapping of Entity to str)
+        The nodes, and the full names of their services.
+    interfaces : Interfaces
+        Those of the folders.
+    """
+    types: dict[str, set[str]] = {}
+    servers: dict[str, list[set[str]]] = {}
+    asked: dict[str, set[str]] = {}
+    for fact, names in nodes:
+        for entity, name in names.items():
+            if entity.kind in ("clients", "services"):
+                types.setdefault(name, set()).add(entity.type)
+            if entity.kind == "services":
+                callback = entity.callbacks.get("callback")
+                body = [] if callback is None or entity.is_lent or fact.is_lent else callback.body or []
+                given = {
+                    each.name for each in walk(body) if isinstance(each, Give) and each.value is not None
+                }
+                servers.setdefault(name, []).append(given)
+        for callback in fact.callbacks:
+            for test in answers_tested(callback):
+                client = None if test.call is None else test.call.entity
+                if client is not None and client in names:
+                    asked.setdefault(names[client], set()).add(test.name)
+    found = {}
+    for name, fields in asked.items():
+        type = min(types[name])
+        if len(types[name]) == 1 and len(servers.get(name, ())) == 1 and not is_open(type):
+            known = interfaces.fields(f"{type}_Response") or ()
+            booleans = {each.name for each in known if each.kind == "boolean"} - _WORDS
+            able = fields & servers[name][0] & booleans
+            if able:
+                found[of_service(name)] = Deciding(type, min(able))
     return found
 
 

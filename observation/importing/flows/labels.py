@@ -29,6 +29,8 @@ class Step:
         the node's default group. None: the group that is given of the client.
     sends : tuple of (str, bool)
         Fields of the published message that decide about branches and have this value each time.
+    answer : (str, bool) or None
+        Of a call: the field of the response that decides about branches, and its value; None: any.
     """
 
     verb: str
@@ -38,6 +40,7 @@ class Step:
     timeout: float | None = field(default=None, compare=False)
     group: str | None = field(default=None, compare=False)
     sends: tuple[tuple[str, bool], ...] = ()
+    answer: tuple[str, bool] | None = None
 
     def __str__(self) -> str:
         return f"{self.verb} {self.name}{f' {self.times}' if self.times else ''}"
@@ -79,7 +82,40 @@ class Mark:
     word: str
 
 
-Label: TypeAlias = Step | Set | Ask | Mark | None
+@dataclass(frozen=True)
+class Has:
+    """A callback was started by a response with this value of a field."""
+
+    name: str
+    value: bool
+    at: str = field(default="", compare=False)
+
+
+@dataclass(frozen=True)
+class Answers:
+    """The callback of a service ends with a response with this value of a field; None: any value."""
+
+    name: str
+    value: bool | None
+
+
+@dataclass(frozen=True)
+class Know:
+    """Here a field of a response becomes known; None: it may have any value. Only while a flow is built."""
+
+    key: object
+    value: bool | None
+
+
+@dataclass(frozen=True)
+class Test:
+    """Here a field of a response has a value. Only while a flow is built."""
+
+    key: object
+    value: bool
+
+
+Label: TypeAlias = Step | Set | Ask | Mark | Has | Answers | Know | Test | None
 """The effect of an edge of a flow; None: none."""
 
 
@@ -123,10 +159,23 @@ class Received:
 
 @dataclass(frozen=True)
 class Deciding:
-    """A field of the messages of a topic on which callbacks depend: their type, and its name."""
+    """A field of the messages of a topic, or of responses of a service, on which callbacks depend.
+
+    Attributes
+    ----------
+    type : str
+        Of the messages, or of the service.
+    name : str
+        Of the field.
+    """
 
     type: str
     name: str
+
+
+def of_service(name: str) -> str:
+    """Return the key of a service where topics have their names: both may have one name."""
+    return f"service {name}"
 
 
 @dataclass(frozen=True)

@@ -141,6 +141,34 @@ def test_one_publisher_of_two_values_opens_the_branch(tmp_path: Path) -> None:
     assert fired(tmp_path, model_of(read(tmp_path, lamp=LAMP, switch=switch(body)))) == {"lit", "alarm"}
 
 
+@pytest.mark.parametrize("is_one", [True, False])
+def test_with_short_queues_each_value_leads_to_its_branch(tmp_path: Path, is_one: bool) -> None:
+    body = (
+        "        if random.random() < 0.5:\n            self.out.publish(Bool(data={}))\n            return\n"
+    )
+    programs = {"lamp": LAMP, "switch": switch(TRUE if not is_one else body.format("False") + TRUE)}
+    if not is_one:
+        programs["other"] = switch("        message.data = False", "other")
+    model = model_of(read(tmp_path, **programs))
+    assert len(guards(model)) == 2
+    assert fired(tmp_path, model) == {"lit", "alarm"}
+    false, true = "switch.on_tick.publishes_switch", "switch.on_tick.publishes_switch_2"
+    if not is_one:
+        false, true = "other.on_tick.publishes_switch", false
+    for sent, other, done in ((true, false, "lit"), (false, true, "alarm")):
+        before = f'!((!fired("{sent}")) U fired("lamp.on_switch.publishes_{done}"))'
+        assert run("verify", "-q", tmp_path / "model.sym.xmi", "--ltl", before)[1].startswith("holds")
+        wrong = before.replace(sent, other)
+        assert run("verify", "-q", tmp_path / "model.sym.xmi", "--ltl", wrong)[1].startswith("violated")
+
+
+def test_two_values_in_long_queues_leave_both_branches(tmp_path: Path) -> None:
+    deep = SWITCH.replace('"switch", 1)', '"switch", 10)')
+    body = "        message.data = False"
+    code = read(tmp_path, lamp=LAMP, a=deep.format(body=TRUE, name="a"), b=deep.format(body=body, name="b"))
+    assert guards(model_of(code)) == []
+
+
 def test_a_publisher_that_only_the_running_system_has_is_open(tmp_path: Path) -> None:
     code = read(tmp_path, lamp=LAMP, switch=switch())
     seen = ObservedNode("/stranger", publishers=(TopicEndpoint("/switch", "std_msgs/msg/Bool"),))

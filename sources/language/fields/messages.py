@@ -31,10 +31,10 @@ def is_only_read(function: ast.AST, name: str) -> bool:
     >>> is_only_read(read, "msg"), is_only_read(kept, "msg"), is_only_read(read, "data")
     (True, False, False)
     """
-    if not _is_plain(function) or not _is_parameter(function, name):
+    if not is_plain(function) or not is_parameter(function, name):
         return False
-    reads = {id(each.value) for each in _fields(function, name) if isinstance(each.ctx, ast.Load)}
-    return _uses(function, name) == reads
+    reads = {id(each.value) for each in fields(function, name) if isinstance(each.ctx, ast.Load)}
+    return uses(function, name) == reads
 
 
 def sent(function: ast.AST | None, call: ast.Call) -> tuple[dict[str, bool], ast.expr | None]:
@@ -63,9 +63,9 @@ def sent(function: ast.AST | None, call: ast.Call) -> tuple[dict[str, bool], ast
     argument = call.args[0]
     if isinstance(argument, ast.Call):
         return _made(argument), argument.func
-    if function is None or not isinstance(argument, ast.Name) or not _is_plain(function):
+    if function is None or not isinstance(argument, ast.Name) or not is_plain(function):
         return {}, None
-    block = next((each for each in _blocks(function) if any(_is_call(one, call) for one in each)), [])
+    block = next((each for each in blocks(function) if any(_is_call(one, call) for one in each)), [])
     return _assigned(function, block, argument, call)
 
 
@@ -78,21 +78,21 @@ def answered(function: ast.AST) -> dict[str, bool]:
     >>> answered(ast.parse(text).body[0])
     {'success': True}
     """
-    if not isinstance(function, FunctionNode) or not _is_plain(function) or not function.args.args:
+    if not isinstance(function, FunctionNode) or not is_plain(function) or not function.args.args:
         return {}
     name = function.args.args[-1].arg
-    if not _is_parameter(function, name) or not isinstance(function.body[-1], ast.Return):
+    if not is_parameter(function, name) or not isinstance(function.body[-1], ast.Return):
         return {}
     returned = [each.value for each in ast.walk(function) if isinstance(each, ast.Return)]
     if not all(isinstance(each, ast.Name) and each.id == name for each in returned):
         return {}
-    fields = _fields(function, name)
-    if _uses(function, name) != {*map(id, returned), *(id(each.value) for each in fields)}:
+    used = fields(function, name)
+    if uses(function, name) != {*map(id, returned), *(id(each.value) for each in used)}:
         return {}
     found: dict[str, bool] = {}
     for statement in function.body:
-        field = _stored(statement, name)
-        is_only = sum(each.attr == field and not isinstance(each.ctx, ast.Load) for each in fields) == 1
+        field = stored(statement, name)
+        is_only = sum(each.attr == field and not isinstance(each.ctx, ast.Load) for each in used) == 1
         value = _truth(statement.value) if isinstance(statement, ast.Assign) else None
         if field is not None and is_only and value is not None:
             found[field] = value
@@ -106,15 +106,15 @@ def _assigned(
 ) -> tuple[dict[str, bool], ast.expr | None]:
     """Return the fields of a message that statements of one block make, change and publish, in this order."""
     name = argument.id
-    fields = _fields(function, name)
-    known = {id(argument), *(id(each.value) for each in fields)}
+    used = fields(function, name)
+    known = {id(argument), *(id(each.value) for each in used)}
     found: dict[str, bool] = {}
     maker: ast.expr | None = None
     stores = 0
     for statement in block:
         if _is_call(statement, call):
             break
-        field = _stored(statement, name)
+        field = stored(statement, name)
         if isinstance(statement, ast.Assign) and _is_name(statement.targets, name):
             if maker is not None or not isinstance(statement.value, ast.Call):
                 return {}, None
@@ -128,8 +128,8 @@ def _assigned(
             found.pop(field, None)
             if value is not None:
                 found[field] = value
-    is_all = stores == sum(not isinstance(each.ctx, ast.Load) for each in fields)
-    return (found, maker) if is_all and _uses(function, name) == known else ({}, None)
+    is_all = stores == sum(not isinstance(each.ctx, ast.Load) for each in used)
+    return (found, maker) if is_all and uses(function, name) == known else ({}, None)
 
 
 def _is_name(targets: list[ast.expr], name: str) -> bool:
@@ -153,7 +153,7 @@ def _is_call(statement: ast.stmt, call: ast.Call) -> bool:
     return isinstance(statement, ast.Expr) and statement.value is call
 
 
-def _stored(statement: ast.stmt, name: str) -> str | None:
+def stored(statement: ast.AST, name: str) -> str | None:
     """Return the field of a message that a statement assigns, if it does just that."""
     if not isinstance(statement, ast.Assign) or len(statement.targets) != 1:
         return None
@@ -163,7 +163,7 @@ def _stored(statement: ast.stmt, name: str) -> str | None:
     return target.attr if target.value.id == name else None
 
 
-def _is_plain(function: ast.AST) -> bool:
+def is_plain(function: ast.AST) -> bool:
     """Return whether a function shows all uses of its variables."""
     if not isinstance(function, FunctionNode) or function.decorator_list:
         return False
@@ -175,7 +175,7 @@ def _is_plain(function: ast.AST) -> bool:
     )
 
 
-def _is_parameter(function: ast.AST, name: str) -> bool:
+def is_parameter(function: ast.AST, name: str) -> bool:
     """Return whether a name is a parameter of a function, without a default."""
     assert isinstance(function, FunctionNode)
     wanted = function.args
@@ -183,7 +183,7 @@ def _is_parameter(function: ast.AST, name: str) -> bool:
     return name in [each.arg for each in wanted.args[: max(able, 0)]]
 
 
-def _fields(function: ast.AST, name: str) -> list[ast.Attribute]:
+def fields(function: ast.AST, name: str) -> list[ast.Attribute]:
     """Return the uses of fields of a variable, such as ``msg.data``; not of hidden ones, as ``msg._data``."""
     return [
         each
@@ -195,7 +195,7 @@ def _fields(function: ast.AST, name: str) -> list[ast.Attribute]:
     ]
 
 
-def _uses(function: ast.AST, name: str) -> set[int]:
+def uses(function: ast.AST, name: str) -> set[int]:
     """Return all uses of a name in a function; a parameter counts once."""
     found = set[int]()
     parameters = 0
@@ -219,7 +219,7 @@ def _bound(node: ast.AST) -> Iterator[str]:
             yield found.split(".")[0]
 
 
-def _blocks(function: ast.AST) -> Iterator[list[ast.stmt]]:
+def blocks(function: ast.AST) -> Iterator[list[ast.stmt]]:
     """Yield the lists of statements of a function."""
     for each in ast.walk(function):
         for key in ("body", "orelse", "finalbody"):
