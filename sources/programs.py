@@ -15,6 +15,7 @@ from dineros.sources.facts import CallbackFact, Facts, NodeFact, Place
 from dineros.sources.folders import SourceFolder
 from dineros.sources.language.calls import Interpreter
 from dineros.sources.language.fields.messages import answered
+from dineros.sources.language.fields.responses import leave_open
 from dineros.sources.language.machine import Activity, TooLong
 from dineros.sources.language.modules import Module, Modules
 from dineros.sources.language.values import Bound, Callback, Class, Frame, Function
@@ -329,6 +330,8 @@ def _read(machine: Interpreter, callback: Callback) -> None:
         for effect, fields in fields_of_effects(activity.block).items():
             effect.given = fields
     fact.answers = _answers(callback)
+    if fact.kind == "service":
+        leave_open(node, fact.body or [])
     if activity.is_lost:
         fact.body = None
         machine.attributes.names |= {each.name for each in variables_set(activity.block)}

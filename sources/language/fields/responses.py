@@ -9,6 +9,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterator
 
+from dineros.sources.branches import Block, Give, walk
 from dineros.sources.language.fields.messages import (
     FunctionNode,
     blocks,
@@ -114,6 +115,29 @@ def response_of(function: ast.AST) -> tuple[str, frozenset[str]] | None:
     names = {each.attr for each in asked}
     others = {each.attr for each in asked if not isinstance(each.ctx, ast.Load) and id(each) not in plain}
     return name, frozenset(names - others)
+
+
+def leave_open(function: ast.AST, body: Block) -> None:
+    """Leave fields of a response open if the reader has not followed an assignment in the text.
+
+    Parameters
+    ----------
+    function : ast.AST
+        The callback of a service.
+    body : list of Item
+        What was followed.
+    """
+    found = response_of(function)
+    gives = [each for each in walk(body) if isinstance(each, Give)]
+    seen = {(each.name, each.at.line) for each in gives}
+    lost = {
+        each.attr
+        for each in (fields(function, found[0]) if found is not None else ())
+        if isinstance(each.ctx, ast.Store) and (each.attr, each.lineno) not in seen
+    }
+    for each in gives:
+        if each.name in lost:
+            each.value = None
 
 
 _INNER = (

@@ -200,6 +200,22 @@ OPEN_SERVERS = [
     ("response.success = True", "response = self.x", RETURNS),
     ("response.success = True", "return self.x"),
     ("response.success = x = True", RETURNS),
+    (
+        "response.success = True",
+        *("try: self.x()", "except* ValueError: response.success = False", RETURNS),
+    ),
+    (
+        "response.success = True",
+        *("match self.x:", "    case 1: response.success = False", RETURNS),
+    ),
+    (
+        'if self.declare_parameter("sim", True).value: response.success = True',
+        *("else: response.success = False", RETURNS),
+    ),
+    (
+        'if self.get_parameter("sim").value: response.success = True',
+        *("else: response.success = False", RETURNS),
+    ),
 ]
 
 

@@ -122,7 +122,7 @@ def flipped(run: Trace) -> Trace:
 def test_random_servers_do_what_their_branches_allow(tmp_path: Path) -> None:
     decided = told = 0
     topics = {"a": "/asked", "b": "/served"}
-    for seed in range(120):
+    for seed in range(150):
         body = [*Server(seed).block(8, 3), "        return response"]
         folder = tmp_path / str(seed)
         folder.mkdir()
