@@ -91,10 +91,12 @@ def searched(
     elif _unnamed(waits, found):  # it may also wait for itself, not only for a circle of others
         found += walks.found(budget.at_most(OWN_SECONDS))
     reason = TOO_LARGE if left else ""
+    is_settled = not left
     if not left and (others := _unnamed(waits, found)):
+        is_settled = any(blocked.circle is not None for blocked in found)  # they may wait for that one
         named = ", ".join(callback.waiter.text for callback in others)
         reason = f"{named} can wait for these; it is unknown whether they can also wait for something else"
-    return Search(tuple(map(walks.shortest, _once(found))), not reason, reason, not left)
+    return Search(tuple(map(walks.shortest, _once(found))), not reason, reason, is_settled)
 
 
 def _unnamed(waits: list[Callback], found: list[Blocked]) -> list[Callback]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -139,22 +139,31 @@ def _result(finding: Finding, rules: list[str], places: _ElementLocations) -> di
     related += [
         {
             **places.of_all(each.elements),
-            "message": {"text": printable(f"consequence: {each.message} [{each.rule}]")},
+            "message": {"text": printable(f"consequence: {message} [{rule}]")},
         }
-        for each in finding.consequences
+        for each, (message, rule) in zip(finding.consequences, finding.shown_consequences, strict=True)
     ]
     if related:
         result["relatedLocations"] = related
     if finding.consequences:  # a baseline that is read from SARIF knows them, too
         result["properties"] = {
             "consequences": [
-                {"ruleId": each.rule, "level": each.severity, "elements": list(each.elements)}
+                {
+                    "ruleId": each.rule,
+                    "level": each.severity,
+                    "elements": list(each.elements),
+                    **({"together": _named(each.together)} if each.together else {}),
+                }
                 for each in finding.consequences
             ]
         }
     if finding.witness is not None and finding.witness.steps:
         result["codeFlows"] = [{"threadFlows": [{"locations": _flow(finding.witness, places)}]}]
     return result
+
+
+def _named(causes: Sequence[Finding]) -> list[dict[str, Any]]:
+    return [{"ruleId": each.rule, "elements": list(each.elements)} for each in causes]
 
 
 def _flow(witness: Witness, places: _ElementLocations) -> list[dict[str, Any]]:
@@ -309,7 +318,7 @@ def to_junit(report: Report, model: pn.Net, path: Path, name: str = "dineros che
 def _details(finding: Finding, code: list[Location]) -> str:
     lines = [finding.message, f"elements: {', '.join(finding.elements)}"]
     lines += [f"at {', '.join(map(str, code))}"] if code else []
-    lines += [f"consequence: {each.message} [{each.rule}]" for each in finding.consequences]
+    lines += [f"consequence: {message} [{rule}]" for message, rule in finding.shown_consequences]
     if finding.witness is not None:
         steps = finding.witness.steps
         lines += [f"{n + 1}. {_step_text(finding.witness, n)}{_change(step)}" for n, step in enumerate(steps)]

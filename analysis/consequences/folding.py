@@ -4,9 +4,9 @@ A fault is a consequence of another one if it disappears where that one is mende
 once more of the mended model. It stays a finding of its own where it is found again, where a question is left
 open there, and where no change is known that mends the cause. A message that is lost is found again where the
 run that loses it can be replayed. That a part is never used is disproved by a run of the mended model which
-uses it; only what no run settles needs all its markings. What disappears only where all causes are mended
-together is listed under the first of them. A callback that never ends is a cause, and may be a consequence of
-another one.
+uses it; only what no run settles needs all its markings. What disappears only if several causes are mended
+together is listed under the first of them, and names the others. A callback that never ends is a cause, and
+may be a consequence of another one.
 """
 
 from __future__ import annotations
@@ -17,11 +17,13 @@ from dataclasses import replace
 from functools import partial
 
 from dineros.analysis.answers.budget import Budget, BudgetExceededError
+from dineros.analysis.checks.blocking import Callbacks
 from dineros.analysis.checks.boundedness import Boundedness
 from dineros.analysis.checks.check import QUESTIONS, check
 from dineros.analysis.checks.overflow import Overflow, Presence
 from dineros.analysis.checks.question import Question
-from dineros.analysis.consequences.mending import Mend, is_cause, is_effect, is_proved, mend_of
+from dineros.analysis.consequences.mending import Mend, is_cause, is_effect, is_proved, let_calls_end, mend_of
+from dineros.analysis.consequences.together import fewest_causes
 from dineros.analysis.consequences.used import used_in_runs
 from dineros.analysis.model.subject import Subject, base_subject
 from dineros.analysis.nets.witness import WitnessError, replay
@@ -29,6 +31,7 @@ from dineros.analysis.symbolic.order_cache import OrderCache
 from dineros.analysis.witnesses.findings import Finding, Report
 from dineros.metamodel import pn, sym
 from dineros.metamodel.constraints import validate
+from dineros.metamodel.errors import DinerosError
 from dineros.transformations.language.copying import deep_copy
 
 SHARE = 0.9
@@ -36,6 +39,12 @@ SHARE = 0.9
 
 MEND_SHARE = 0.6
 """Part of it that the search for a change may take which mends a cause."""
+
+HIDDEN_SHARE = 0.6
+"""Part of what is left then that the search may take for circles that are found only if others are mended."""
+
+TOGETHER_SHARE = 0.5
+"""Part of what is left then that the search for the fewest causes may take which must be mended together."""
 
 LEAST_SECONDS, TIMES = 30.0, 4.0
 """Without a limit of time, asking again may take so long, or so many times what the check took."""
@@ -45,6 +54,8 @@ _LOSSES = frozenset(fault.rule for question in (Overflow, Presence) for fault in
 
 _Key = tuple[str, tuple[str, ...]]
 
+_Mended = tuple[Finding, Mend]
+"""A cause, with what mends it."""
 
 _Again = Callable[[sym.SystemModel, Collection[_Key], list[Finding], Budget], list[Finding]]
 """Asks a mended model again: which of some faults are not there. None, if one of the given causes is."""
@@ -81,7 +92,9 @@ def fold_consequences(
     )
     if not isinstance(model, sym.SystemModel) or not causes:
         return
-    _Folding(model, report, _limited(budget), again or partial(_without, orders)).fold(causes)
+    _Folding(model, report, _limited(budget), again or partial(_without, orders), again is not None).fold(
+        causes
+    )
 
 
 def _may_follow(report: Report) -> list[Finding]:
@@ -99,39 +112,105 @@ def _limited(budget: Budget) -> Budget:
 
 
 class _Folding:
-    def __init__(self, model: sym.SystemModel, report: Report, budget: Budget, again: _Again) -> None:
+    def __init__(
+        self, model: sym.SystemModel, report: Report, budget: Budget, again: _Again, is_timed: bool
+    ) -> None:
         self._model = model
         self._report = report
         self._budget = budget
         self._again = again
+        self._is_timed = is_timed
         self._left = _may_follow(report)
+        self._others: dict[int, tuple[Finding, ...]] = {}  # of a consequence, by its identity
 
     def fold(self, causes: Sequence[Finding]) -> None:
         """Ask again where each of the causes is mended, and where all of them are."""
         found: dict[int, list[Finding]] = {id(cause): [] for cause in causes}
-        mended: list[tuple[Finding, Mend]] = []
+        mended: list[_Mended] = []
         # A cause has a part of the time, and once more of what the others leave if that was not enough.
         open_causes = self._round(causes, found, mended)
         if open_causes and not self._budget.is_over:
             self._round(open_causes, found, mended)
             ranks = {id(cause): rank for rank, cause in enumerate(causes)}
             mended.sort(key=lambda each: ranks[id(each[0])])
-        if len(mended) > 1:
-            self._budget.stage("consequences of all causes together")
-            with suppress(BudgetExceededError):
-                found[id(mended[0][0])] += self._gone(mended, self._budget)
+        if mended:
+            folded = {id(each) for some in found.values() for each in some}
+            self._fold_together([each for each in mended if id(each[0]) not in folded], mended, found)
         folded = {id(each) for some in found.values() for each in some}
         first, others = [], []
         for finding in self._report.findings:
             consequences = found.get(id(finding), ())
             if consequences:
-                first.append(replace(finding, consequences=tuple(consequences)))
+                named = [self._with_others(each) for each in consequences]
+                first.append(replace(finding, consequences=tuple(named)))
             elif id(finding) not in folded:
                 others.append(finding)
         self._report.findings[:] = [*first, *others]
 
+    def _with_others(self, consequence: Finding) -> Finding:
+        return replace(consequence, together=self._others.get(id(consequence), ()))
+
+    def _fold_together(
+        self, owners: Sequence[_Mended], mended: Sequence[_Mended], found: dict[int, list[Finding]]
+    ) -> None:
+        """Ask again where several causes are mended together; list what is gone under the first of them.
+
+        Parameters
+        ----------
+        owners : sequence of (Finding, Mend)
+            Causes that are no consequences themselves.
+        mended : sequence of (Finding, Mend)
+            All causes with a change that mends them.
+        found : dict
+            The consequences of each cause, by its identity, which is added to.
+        """
+        self._budget.stage("consequences of all causes together")
+        every = list(mended)
+        gone: list[Finding] = []
+        with suppress(BudgetExceededError):
+            if len(mended) > 1:
+                gone += self._gone(every, self._budget)
+            every += self._hidden(mended)
+            if len(every) > len(mended):
+                gone += self._gone(every, self._budget)
+        if not gone:
+            return
+        budget = self._budget.share(TOGETHER_SHARE) if self._budget.left is not None else self._budget
+
+        def gone_again(fewer: Sequence[_Mended], some: Sequence[Finding]) -> list[Finding]:
+            # A change that was found in the mended model may need what that has.
+            with suppress(BudgetExceededError, DinerosError):
+                return self._asked(fewer, some, budget)
+            return []
+
+        for causes, consequences in fewest_causes(every, gone, gone_again):
+            names = [cause for cause, _ in causes]
+            first = next((cause for cause, _ in owners if _is_in(cause, names)), None)
+            if first is not None:
+                found[id(first)] += consequences
+                others = tuple(cause for cause in names if cause is not first)
+                self._others.update((id(each), others) for each in consequences)
+
+    def _hidden(self, mended: Sequence[_Mended]) -> list[_Mended]:
+        """Return circles of callbacks that are found only if causes are mended, with what mends them."""
+        causes = [cause for cause, _ in mended]
+        left = [each for each in self._left if not _is_in(each, causes) and each.rule not in _LOSSES]
+        if not left or self._is_timed or all(cause.rule != Callbacks.CIRCLE.rule for cause in causes):
+            return []
+        model = self._with_mends(mended)
+        budget = self._budget.share(HIDDEN_SHARE) if self._budget.left is not None else self._budget
+        report = check(model, budget, questions=_asking({Callbacks.CIRCLE.rule}), is_shown=False)
+        known = {key_of(cause) for cause, _ in mended}
+        found = []
+        for each in report.findings:
+            if each.rule == Callbacks.CIRCLE.rule and key_of(each) not in known:
+                mend = let_calls_end(model, each, budget)
+                if mend is not None:
+                    found.append((replace(each, message=f"found if others are mended: {each.message}"), mend))
+        return found
+
     def _round(
-        self, causes: Sequence[Finding], found: dict[int, list[Finding]], mended: list[tuple[Finding, Mend]]
+        self, causes: Sequence[Finding], found: dict[int, list[Finding]], mended: list[_Mended]
     ) -> list[Finding]:
         """Ask again where each of some causes is mended; return those whose time ran out."""
         out_of_time = []
@@ -146,7 +225,9 @@ class _Folding:
             searching = share.share(MEND_SHARE)
             try:
                 mend = mend_of(self._model, cause, searching)
-                if mend is not None:
+                if mend is None:
+                    searching.check_time()
+                else:
                     mended.append((cause, mend))
                     found[id(cause)] += self._gone([(cause, mend)], share)
             except BudgetExceededError:
@@ -156,16 +237,19 @@ class _Folding:
                 self._left = [each for each in self._left if each is not cause]
         return out_of_time
 
-    def _gone(self, mended: Sequence[tuple[Finding, Mend]], budget: Budget) -> list[Finding]:
+    def _gone(self, mended: Sequence[_Mended], budget: Budget) -> list[Finding]:
         """Return what disappears where causes are mended, and take it out of what is left."""
+        gone = self._asked(mended, self._left, budget)
+        self._left = [each for each in self._left if not _is_in(each, gone)]
+        return gone
+
+    def _asked(self, mended: Sequence[_Mended], findings: Sequence[Finding], budget: Budget) -> list[Finding]:
+        """Return which of some findings disappear where causes are mended."""
         causes = [cause for cause, _ in mended]
-        left = [each for each in self._left if not _is_in(each, causes)]
+        left = [each for each in findings if not _is_in(each, causes)]
         if not left or budget.is_over:
             return []
-        model, _ = deep_copy(self._model)
-        assert isinstance(model, sym.SystemModel)
-        for _, mend in mended:
-            mend(model)
+        model = self._with_mends(mended)
         if any(problem.severity == "error" for problem in validate(model)):
             return []
         subject = base_subject(model)
@@ -173,9 +257,14 @@ class _Folding:
         if not open_now:
             return []
         asked = {key_of(cause) for cause in causes} if len(causes) == 1 else set()
-        gone = self._again(model, asked, open_now, budget)
-        self._left = [each for each in self._left if not _is_in(each, gone)]
-        return gone
+        return self._again(model, asked, open_now, budget)
+
+    def _with_mends(self, mended: Sequence[_Mended]) -> sym.SystemModel:
+        model, _ = deep_copy(self._model)
+        assert isinstance(model, sym.SystemModel)
+        for _, mend in mended:
+            mend(model)
+        return model
 
 
 def _without(

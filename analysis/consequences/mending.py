@@ -136,17 +136,10 @@ def _against_unheard(model: sym.SystemModel, finding: Finding, budget: Budget) -
 
 def _against_waiting(model: sym.SystemModel, finding: Finding, budget: Budget) -> Mend | None:
     """Search for the fewest changes after which the callbacks of a circle do not wait in one."""
-    witness = finding.witness
-    if witness is None or witness.subject is None:
-        return None
-    subject = witness.subject
-    trace = [subject.transition_index[step.transition] for step in witness.steps]
-    waiting, marking = Waiting(subject), replay(subject.net, trace)[-1]
-    closed = [waiting.circle(marking, callback.waiter) for callback in waiting.callbacks.values()]
-    circle = next((each for each in closed if each is not None and each.elements == finding.elements), None)
+    circle = _circle_of(finding)
     if circle is None:
         return None
-    pages = {waiter.element for waiter in circle.waiters if waiter.kind == "callback"}
+    pages = _pages_in(circle)
     order, known, tried = count(), {Changes()}, 0
     without_circle: Mend | None = None
     queue = _added(Changes(), circle, known, order)
@@ -169,6 +162,31 @@ def _against_waiting(model: sym.SystemModel, finding: Finding, budget: Budget) -
         for more in _added(changes, left, known, order):
             heapq.heappush(queue, more)
     return _with_time_outs(model, circle, pages, budget) or without_circle
+
+
+def let_calls_end(model: sym.SystemModel, finding: Finding, budget: Budget) -> Mend | None:
+    """Return time-outs for the calls of callbacks that wait in a circle; None if they wait all the same.
+
+    This is cheaper than a search for groups and threads, and lets the callbacks do more.
+    """
+    circle = _circle_of(finding)
+    return None if circle is None else _with_time_outs(model, circle, _pages_in(circle), budget)
+
+
+def _circle_of(finding: Finding) -> Circle | None:
+    """Return the circle of a finding, from the marking that its witness leads to."""
+    witness = finding.witness
+    if witness is None or witness.subject is None:
+        return None
+    subject = witness.subject
+    trace = [subject.transition_index[step.transition] for step in witness.steps]
+    waiting, marking = Waiting(subject), replay(subject.net, trace)[-1]
+    closed = [waiting.circle(marking, callback.waiter) for callback in waiting.callbacks.values()]
+    return next((each for each in closed if each is not None and each.elements == finding.elements), None)
+
+
+def _pages_in(circle: Circle) -> set[str]:
+    return {waiter.element for waiter in circle.waiters if waiter.kind == "callback"}
 
 
 def _with_time_outs(model: sym.SystemModel, circle: Circle, pages: set[str], budget: Budget) -> Mend | None:

@@ -179,6 +179,8 @@ class Finding:
         Why each of them waits, and those that they need besides.
     consequences : tuple of Finding
         What is wrong only because of this.
+    together : tuple of Finding
+        Of a consequence: the other causes that must be mended, too, before it is gone.
     lines : tuple of str
         Lines of code, as ``file:line``, of a finding that code alone shows.
     """
@@ -191,6 +193,7 @@ class Finding:
     circle: tuple[str, ...] = ()
     waits: tuple[Wait, ...] = ()
     consequences: tuple[Finding, ...] = ()
+    together: tuple[Finding, ...] = ()
     lines: tuple[str, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
@@ -207,7 +210,22 @@ class Finding:
             found["waits"] = [wait.to_dict() for wait in self.waits]
         if self.consequences:
             found["consequences"] = [each.to_dict() for each in self.consequences]
+        if self.together:
+            found["together"] = [
+                {"rule": each.rule, "elements": list(each.elements), "message": each.message}
+                for each in self.together
+            ]
         return found
+
+    @property
+    def shown_consequences(self) -> list[tuple[str, str]]:
+        """Message and rule of each consequence; those of several causes name the other ones."""
+        return [(each.message + _besides(each.together), each.rule) for each in self.consequences]
+
+
+def _besides(causes: Sequence[Finding]) -> str:
+    names = " and ".join(f"{each.rule} of {each.elements[0]}" for each in causes)
+    return f" (together with {names})" if names else ""
 
 
 @dataclass(frozen=True)

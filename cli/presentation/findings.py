@@ -5,6 +5,8 @@ from __future__ import annotations
 import sys
 import traceback
 from collections.abc import Callable, Mapping, Sequence
+from itertools import groupby
+from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -23,7 +25,7 @@ _ENDS = ("topic-unheard", "topic-unfilled", "service-unserved", "names-near")
 if TYPE_CHECKING:
     from dineros.analysis.model.times import LeftOutTimes
     from dineros.analysis.witnesses.code_lines import CodeLines
-    from dineros.analysis.witnesses.findings import Fault, Report
+    from dineros.analysis.witnesses.findings import Fault, Finding, Report
     from dineros.metamodel import pn
     from dineros.metamodel.errors import Location
 
@@ -133,8 +135,7 @@ def _print_text(
             say_witness(finding.witness)
         elif finding.witness:
             say_disorder(finding.witness)
-        for each in finding.consequences:
-            say(f"    consequence: {each.message} [{each.rule}]")
+        _print_consequences(finding)
     displaced = sum(finding.rule == "message-displaced" for finding in report.findings)
     if displaced:
         where = counted(displaced, "queue")
@@ -183,6 +184,16 @@ def _print_text(
         proofs += f", {len(report.assumed)} proved under an assumption"
     counts = f"{faults} found{following}, {proofs}, {len(report.unknown)} unknown"
     summarise(f"{model}: {counts}{_accepted(report)}")
+
+
+def _print_consequences(finding: Finding) -> None:
+    """Print the consequences of a cause; those of several causes together follow in lists of their own."""
+    for others, some in groupby(finding.consequences, key=attrgetter("together")):
+        for cause in others:
+            say(f"    together with: {cause.message} [{cause.rule}]")
+        indent = " " * (8 if others else 4)
+        for each in some:
+            say(f"{indent}consequence: {each.message} [{each.rule}]")
 
 
 def _at(code: Sequence[Location], before: str, after: str = "") -> str:

@@ -91,9 +91,15 @@ def _entry(finding: Finding, source: str) -> FindingEntry:
         builder = witness_builder(finding.witness, source)
         view = TraceCoder(builder, finding.rule).snapshot()
         steps, loop = [step.shown for step in finding.witness.steps], finding.witness.loop
-    consequences = [(each.message, each.rule) for each in finding.consequences]
     return FindingEntry(
-        finding.severity, finding.rule, finding.message, finding.elements, view, steps, loop, consequences
+        finding.severity,
+        finding.rule,
+        finding.message,
+        finding.elements,
+        view,
+        steps,
+        loop,
+        finding.shown_consequences,
     )
 
 

@@ -136,6 +136,11 @@ def test_consequences_are_what_is_gone_with_their_cause(seed: int) -> None:
         more = listed.get(fault, set()) - expected
         assert expected <= listed.get(fault, set())
         assert more <= together, fault
+    for cause in report.findings:
+        for each in cause.consequences:
+            if each.together:
+                needed = {fault_of(cause), *map(fault_of, each.together)}
+                assert (each.rule, each.elements) not in found(length, faults.difference(needed))
     folded = set().union(*listed.values()) if listed else set()
     assert together - causes <= folded
     assert keys(report.findings) == before - folded

@@ -139,23 +139,6 @@ def test_each_cause_has_its_own() -> None:
     assert not set(found) & {"dead-transition", "dead-node-net", "unused-topic"}
 
 
-def test_what_two_causes_have_in_common() -> None:
-    """It is gone only where both are mended, and is listed under the first."""
-    model = sym.SystemModel(id="two", middleware="ros2")
-    lamp = sym.NodeNet(id="lamp", net=model)
-    sym.InputSignal(id="dark", node=lamp)
-    off, on = sym.Place(id="Off", tokens=1, page=lamp), sym.Place(id="On", page=lamp)
-    half, shines = sym.Place(id="Half", page=lamp), sym.Transition(id="Shine", page=lamp)
-    first, second = sym.Transition(id="First", page=lamp), sym.Transition(id="Second", page=lamp)
-    flow(off, first, half, second, on, shines)
-    for transition in (first, second):
-        set_clause(transition, "dark & !dark")
-    report = folded(model)
-    assert faults(report.findings) == ["unsatisfiable-clause"] * 2
-    assert ("dead-transition", "Shine") in consequences(report.findings[0])
-    assert consequences(report.findings[1]) == []
-
-
 @pytest.mark.long
 def test_what_a_cancel_that_is_never_heard_causes() -> None:
     model = deliveries(cancels=1)

@@ -11,6 +11,7 @@ from lxml import etree
 from dineros.metamodel import pn, sym
 from dineros.metamodel.elements import find
 from dineros.metamodel.files import save
+from tests.analysis.consequences.test_together import lamps
 from tests.cli.conftest import Run
 from tests.support.ros2_systems.waiting_models import awaiting_result
 
@@ -118,3 +119,28 @@ def test_a_suppressed_consequence_is_in_use(run: Run, path: Path) -> None:
     )
     save(model, path)
     assert "suppresses nothing" not in run("check", path).stdout
+
+
+def test_consequences_of_several_causes_name_the_others(run: Run, tmp_path: Path) -> None:
+    path = tmp_path / "lamps.sym.xmi"
+    save(lamps(2), path)
+    lines = run("check", path).stdout.splitlines()
+    first, second = (line.split(" can never")[0].removeprefix("error: ") for line in lines if line[0] == "e")
+    place = lines.index(next(line for line in lines if "together with" in line))
+    assert lines[place].startswith(f"    together with: {second}")
+    assert (
+        "        consequence: transition Shine1 of node net lamp1 can never fire [dead-transition]" in lines
+    )
+    assert lines.index(next(line for line in lines if line.startswith(f"error: {first}"))) < place
+    cause = json.loads(run("check", path, "--json").stdout)["findings"][0]
+    (shine,) = [each for each in cause["consequences"] if each["elements"] == ["Shine1"]]
+    (other,) = shine["together"]
+    assert other["rule"] == "unsatisfiable-clause"
+    assert {cause["elements"][0], other["elements"][0]} == {"Dark1_1", "Dark1_2"}
+    (log,) = json.loads(run("check", path, "--format", "sarif").stdout)["runs"]
+    texts = [each["message"]["text"] for each in log["results"][0]["relatedLocations"] if "message" in each]
+    name = other["elements"][0]
+    assert [each for each in texts if "Shine1" in each] == [
+        "consequence: transition Shine1 of node net lamp1 can never fire "
+        f"(together with unsatisfiable-clause of {name}) [dead-transition]"
+    ]
