@@ -15,7 +15,7 @@ from dineros.analysis.consequences import mending
 from dineros.analysis.consequences.together import fewest_causes
 from dineros.analysis.model.subject import base_subject
 from dineros.analysis.witnesses.findings import Finding
-from dineros.metamodel import sym
+from dineros.metamodel import pn, sym
 from dineros.metamodel.build import callback, flow, node_net, place, step
 from dineros.metamodel.clauses import set_clause
 from tests.analysis.consequences.test_folding import consequences, faults, folded
@@ -111,8 +111,8 @@ def calling_either() -> sym.SystemModel:
     ]
     first = call(model, page, servers[0], begun, had)
     second = call(model, page, servers[1], begun, had)
-    call(model, servers[1], servers[2], second.entry, second.exit)
-    for port in (first, model.channels[-1].server):
+    third = call(model, servers[1], servers[2], second.entry, second.exit)
+    for port in (first, third):
         step(port.page, f"Answer{port.page.id[-1]}", [port.entry], [port.exit])
     return model
 
@@ -121,8 +121,8 @@ def call(
     model: sym.SystemModel,
     page: sym.CallbackPage,
     server: sym.CallbackPage,
-    before: sym.Place,
-    after: sym.Place,
+    before: pn.Place,
+    after: pn.Place,
 ) -> sym.ServerPort:
     """Let a callback call a service and wait for its response; return the port of its server."""
     number = server.id.removeprefix("Serve")
