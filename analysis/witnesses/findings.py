@@ -12,6 +12,7 @@ from dineros.analysis.model.times import LeftOutTimes, UsedTimes
 from dineros.analysis.nets.coverability import Pumping
 from dineros.analysis.witnesses.folding import in_rounds
 from dineros.analysis.witnesses.order import disorder
+from dineros.analysis.witnesses.shortening import shortened
 
 if TYPE_CHECKING:
     from dineros.analysis.symbolic.engine import SymbolicStateSpace
@@ -122,11 +123,13 @@ def witness_to(subject: Subject, trace: Sequence[int]) -> Witness:
 
 
 def pumping_witness(subject: Subject, pumping: Pumping) -> Witness:
-    """Return the run that makes tokens grow forever; the way to what repeats is in an order of rounds.
+    """Return the run that makes tokens grow forever; the way to what repeats is short, in an order of rounds.
 
-    With times its order stays: another one may have no schedule.
+    With times it stays as it is: another one may have no schedule.
     """
-    prefix = pumping.prefix if subject.is_timed else in_rounds(subject.net, pumping.prefix)
+    prefix = pumping.prefix
+    if not subject.is_timed:
+        prefix = in_rounds(subject.net, shortened(subject.net, prefix, pumping.suffix))
     return witness_of(subject, [*prefix, *pumping.suffix], len(prefix))
 
 
