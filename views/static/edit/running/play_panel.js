@@ -242,7 +242,10 @@ function firings(player, game) {
     const pressed = { "data-key": `fire ${each.id}`, disabled: player.isStale, onclick: fire };
     return make("li", { class: each.kind }, make("button", pressed, each.text));
   });
-  if (items.length === 0) items.push(make("li", { class: "quiet" }, "nothing but signals"));
+  if (items.length === 0) {
+    const text = game.firings.length === 0 ? "nothing" : "nothing but signals";
+    items.push(make("li", { class: "quiet" }, text));
+  }
   return make("ul", { class: "firings" }, ...items);
 }
 
