@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.nets.witness import can_fire
 
 Marking = list[int]
 #: Maximum number of firings tried: about a second.
@@ -48,6 +49,12 @@ def shortened(
         if size == 1 or work.left <= 0:
             return tuple(best)
         size //= 2
+
+
+def way_before(net: CompiledNet, trace: Sequence[int], then: Sequence[int]) -> tuple[int, ...]:
+    """Return a firing sequence after which other transitions can fire, at most as long as the given one."""
+    most = MOST_FIRINGS // 5  # each marking is asked whether they can fire
+    return shortened(net, trace, lambda marking: can_fire(net, then, marking), most)
 
 
 class _Shortening:

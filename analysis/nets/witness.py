@@ -38,6 +38,15 @@ def replay(net: CompiledNet, trace: Iterable[int]) -> list[list[int]]:
     return markings
 
 
+def can_fire(net: CompiledNet, trace: Iterable[int], marking: Sequence[int]) -> bool:
+    """Return whether transitions can fire from a marking, one after the other."""
+    for transition in trace:
+        if not net.is_enabled(transition, marking):
+            return False
+        marking = net.fire(transition, marking)
+    return True
+
+
 def way_to(came: Sequence[tuple[int, int]], number: int) -> tuple[int, ...]:
     """Return the firings to a marking, given for each marking its predecessor and the transition fired.
 

@@ -10,9 +10,9 @@ from dineros.analysis.answers.outcome import FiredAt, Outcome
 from dineros.analysis.model.subject import FiringTime, Subject
 from dineros.analysis.model.times import LeftOutTimes, UsedTimes
 from dineros.analysis.nets.coverability import Pumping
+from dineros.analysis.nets.shortening import way_before
 from dineros.analysis.witnesses.folding import in_rounds
 from dineros.analysis.witnesses.order import disorder
-from dineros.analysis.witnesses.shortening import shortened
 
 if TYPE_CHECKING:
     from dineros.analysis.symbolic.engine import SymbolicStateSpace
@@ -129,7 +129,7 @@ def pumping_witness(subject: Subject, pumping: Pumping) -> Witness:
     """
     prefix = pumping.prefix
     if not subject.is_timed:
-        prefix = in_rounds(subject.net, shortened(subject.net, prefix, pumping.suffix))
+        prefix = in_rounds(subject.net, way_before(subject.net, prefix, pumping.suffix))
     return witness_of(subject, [*prefix, *pumping.suffix], len(prefix))
 
 
