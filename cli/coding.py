@@ -168,7 +168,8 @@ def model_of_code(code: Code, given: Path | None, settings: Sequence[str]) -> Mo
 
     read, found = code.read()
     said = read.with_people(read_given(given) if given is not None else Given())
-    say_taken(read.taken)
+    threads = read.lacks_of_threads(said)
+    say_taken((*read.taken, *threads))
     search().stage("making the model")
     folder = code.folders[0]
     imported = to_model(read.system, said, snake_case(folder.resolve().name) or "code")
@@ -178,7 +179,7 @@ def model_of_code(code: Code, given: Path | None, settings: Sequence[str]) -> Mo
         note(f"assumed: {assumed}")
     change(imported.model, folder, settings)
     refuse_invalid(imported.model, folder)
-    absent = read.left_out + len(imported.left_out)
+    absent = read.left_out + len(threads) + len(imported.left_out)
     if absent:
         warn(
             f"the model lacks what could not be read ({absent}): what is proved holds if that changes nothing"

@@ -366,7 +366,7 @@ def _resource(link: Link, part: str) -> Waiter:
         threads = threads_of(node)
         short = "the only thread" if threads == 1 else f"one of the {threads} threads"
         if "executor" in (node.assumed or "").split():
-            short = f"{short} (that it has one is assumed)"
+            short += f" (that it has {'one' if threads == 1 else threads} is assumed)"
         return Waiter("thread", f"{short} {of}", node.id, node, short)
     if isinstance(owner, sym.CallbackGroup):
         short = f"callback group {owner.name or owner.id}"

@@ -12,9 +12,10 @@ from dineros.observation.importing.assuming import Taken, of_client
 from dineros.observation.importing.flows.deciding import Decisions
 from dineros.observation.importing.flows.fields import deciding_fields, deciding_responses
 from dineros.observation.importing.flows.labels import Deciding, Received, Step
-from dineros.observation.importing.given import Given, GivenCallback, GivenNode
+from dineros.observation.importing.given import Given, GivenCallback, GivenNode, OpenThreads
 from dineros.observation.importing.groups.of_node import GroupsOfNode
 from dineros.observation.importing.groups.sharing import free_name, share_executors
+from dineros.observation.importing.groups.threads import lacks_of_threads, threads_in_code
 from dineros.observation.importing.steps import Behaviour
 from dineros.observation.importing.timing import order_of, sleeps_of, stops_of
 from dineros.observation.systems import Endpoint, ObservedNode, ObservedSystem, TopicEndpoint
@@ -22,8 +23,6 @@ from dineros.sources.alternatives import taken_of, types_of
 from dineros.sources.facts import CallbackFact, Entity, Facts, NodeFact, Place, is_open, located
 from dineros.sources.interfaces import Interfaces
 
-PROCESSORS = 4
-"""Assumed threads of an executor with one thread per processor."""
 _MIDDLEWARE = ("system default", "best available")
 """Qualities that the middleware decides."""
 MAIN = "main"
@@ -58,6 +57,10 @@ class Coded:
     def with_people(self, said: Given) -> Given:
         """Return the facts of the code, overridden by facts that users give."""
         return merged(self.given, said)
+
+    def lacks_of_threads(self, said: Given) -> tuple[str, ...]:
+        """Return the assumed numbers of threads on which answers may depend, with the facts of `with_people`."""
+        return lacks_of_threads(self.system, said)
 
 
 def coded(read: Iterable[tuple[str, Facts]], source: str) -> Coded:
@@ -122,6 +125,7 @@ def merged(code: Given, people: Given) -> Given:
             },
             newest={**known.newest, **said.newest},
             open_timers=known.open_timers if said.timers is None else frozenset(),
+            open_threads=known.open_threads if said.threads is None else None,
             variables=known.variables if all(each.does is None for each in said.callbacks.values()) else {},
         )
     return replace(people, nodes=nodes, deciding=code.deciding)
@@ -325,8 +329,9 @@ class _CodedNode:
                     both = None if steps is None or first.does is None else (*first.does, *steps)
                     callbacks[key] = replace(first, does=both)
         self._outside(behaviour, timers, callbacks)
+        threads, open_threads = self._threads()
         return GivenNode(
-            threads=self._threads(),
+            threads=threads,
             groups=self._groups.kinds,
             answers_hold_groups=self._groups.answers_hold,
             timers=timers,
@@ -336,6 +341,7 @@ class _CodedNode:
             order=None if self._groups.has_outside else order_of(self.fact),
             open_timers=frozenset(self._open_timers),
             variables=self._decisions.variables,
+            open_threads=open_threads,
         )
 
     def _groups_of_clients(self) -> Mapping[Entity, str]:
@@ -423,21 +429,13 @@ class _CodedNode:
             done = tuple(dict.fromkeys(steps))
             callbacks[name] = GivenCallback(done, self._groups.outside(), at=self.at(self.fact.at))
 
-    def _threads(self) -> int | None:
-        threads = self.fact.threads
-        if isinstance(threads, int):
-            return threads
-        if threads == "processors":
-            self._taken.add(
-                f"{self.at(self.fact.at)}: as many threads as processors; {PROCESSORS} are assumed"
-            )
-            return PROCESSORS
-        if not self.is_spun:
-            self._taken.add(
-                f"{self.at(self.fact.at)}: no executor spins node {self.name}: its callbacks never run"
-            )
-            return 1
-        return None
+    def _threads(self) -> tuple[int | None, OpenThreads | None]:
+        if self.is_spun:
+            return threads_in_code(self.fact, self.at(self.fact.at))
+        self._taken.add(
+            f"{self.at(self.fact.at)}: no executor spins node {self.name}: its callbacks never run"
+        )
+        return 1, None
 
     def _newest(self) -> Mapping[str, bool]:
         """Return the topics whose subscriptions request best-effort delivery, so that losses are intended."""

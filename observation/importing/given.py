@@ -110,6 +110,28 @@ class GivenCallback:
 
 
 @dataclass(frozen=True)
+class OpenThreads:
+    """What the code says of the threads of an executor, without their number.
+
+    Attributes
+    ----------
+    at : str
+        The line of the node.
+    words : str
+        What the code says.
+    least : int
+        The least possible number.
+    may_be_shared : bool
+        Whether other nodes may use the same threads: the code does not say which executor it is.
+    """
+
+    at: str
+    words: str
+    least: int = 1
+    may_be_shared: bool = False
+
+
+@dataclass(frozen=True)
 class GivenNode:
     """The facts given for a node; None, or absent: not given.
 
@@ -123,6 +145,8 @@ class GivenNode:
         Attributes that flows of its callbacks set and test.
     answers_hold_groups : bool
         Whether callbacks of responses, results and feedback hold the group of their client (`rclcpp`).
+    open_threads : OpenThreads or None
+        What the code says of its threads, if it does not say their number; then that number is assumed.
     """
 
     threads: int | None = None
@@ -138,6 +162,7 @@ class GivenNode:
     open_timers: frozenset[str] = frozenset()
     variables: Mapping[str, GivenVariable] = field(default_factory=dict)
     answers_hold_groups: bool = field(default=False, compare=False)
+    open_threads: OpenThreads | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True)

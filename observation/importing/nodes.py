@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.build import flow, seconds
-from dineros.metamodel.errors import DinerosError, Location, near_matches
+from dineros.metamodel.errors import DinerosError, Location, counted, near_matches
 from dineros.observation.importing.abilities import Abilities
 from dineros.observation.importing.assuming import TIMER, USUAL_PERIOD, of_client, quoted
 from dineros.observation.importing.bodies import Body, Call, Possible
@@ -87,6 +87,9 @@ class NodeBuilder(Abilities):
         threads = self._said.threads
         if threads is not None:
             self._net.executor, self._net.threads = ("multi" if threads > 1 else "single"), threads  # type: ignore[assignment]
+            if self._said.open_threads is not None:
+                words = f"runs its callbacks on {counted(threads, 'thread')}"
+                self._assume(self._net, "executor", "threads", str(threads), words)
             return
         self._assume(self._net, "executor", "threads", "1", "runs its callbacks on one thread")
 

@@ -108,7 +108,7 @@ def import_(
             source = Source(graph, bag, domain, namespaces, without, seconds)
             found += _against(read, source)
         seen, said = within(read.system, namespaces, without), read.with_people(said)
-        say_taken(read.taken)
+        say_taken((*read.taken, *read.lacks_of_threads(said)))
     else:
         source = Source(graph, bag, domain, namespaces, without, seconds)
         seen = source.system(lambda seen: bool(mismatches(seen)))

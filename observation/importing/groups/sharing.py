@@ -114,6 +114,7 @@ def _join(
     joined = GivenNode(
         at=given[first].at,
         threads=given[first].threads,
+        open_threads=given[first].open_threads,
         is_shared=True,
         answers_hold_groups=given[first].answers_hold_groups,
         order="rclcpp" if orders == {"rclcpp"} else None,  # rclpy takes callbacks node by node

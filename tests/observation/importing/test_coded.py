@@ -127,7 +127,8 @@ def test_groups_threads_and_waits(tmp_path: Path) -> None:
     )
     found = read(source)
     said = found.given.nodes["/robot"]
-    assert said.threads == 4 and any("as many threads as processors" in line for line in found.taken)
+    (line,) = found.lacks_of_threads(found.given)
+    assert said.threads == 4 and "as many threads as processors; 4 are assumed" in line
     assert said.groups == {"calls": "reentrant", "group_18": "exclusive"}
     assert {name: (each.group, each.awaits) for name, each in said.callbacks.items()} == {
         "blocks": ("group_18", False),
