@@ -59,7 +59,7 @@ class Coded:
         return merged(self.given, said)
 
     def lacks_of_threads(self, said: Given) -> tuple[str, ...]:
-        """Return the assumed numbers of threads on which answers may depend, with the facts of `with_people`."""
+        """Return the assumed numbers of threads on which answers may depend, a line for each."""
         return lacks_of_threads(self.system, said)
 
 

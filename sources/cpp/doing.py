@@ -9,11 +9,12 @@ from dineros.sources.cpp.following.calls import Call
 from dineros.sources.cpp.following.machine import coerced, duration, is_node
 from dineros.sources.cpp.following.statements import Statements
 from dineros.sources.cpp.parameters import parameter
-from dineros.sources.cpp.parsing import arguments_of, text_of
+from dineros.sources.cpp.parsing import arguments_of, arguments_of_scope, text_of
 from dineros.sources.cpp.ports import SELF, Ports
 from dineros.sources.cpp.quality import CHAINED, PRESETS, changed
 from dineros.sources.cpp.values import (
     Const,
+    Either,
     Frame,
     Items,
     Made,
@@ -91,8 +92,10 @@ class Ros(Ports):
         if call.last in SELF and not isinstance(on, Open):
             self.machine.forget(call)
             return on
-        if call.last in CHAINED and isinstance(on, (Made, Open)):
-            return changed(on, call.last, call.args)
+        if call.last in CHAINED and isinstance(on, (Made, Open, Either)):
+            value = changed(on, call.last, call.args)
+            self.machine.change(call.node, value, call.frame)
+            return value
         return self._unknown(call, on)
 
     # -------------------------------------------------------------------------------------------- functions
@@ -109,7 +112,10 @@ class Ros(Ports):
             scope = path.rpartition("::")[0]
             cls = self.machine.class_of(scope, call.frame)
             if cls is not None:
-                return self.machine.construct(cls, args, [], call.node, call.frame)
+                types = [
+                    self.machine.template_text(each, call.frame) for each in arguments_of_scope(call.named)
+                ]
+                return self.machine.construct(cls, args, types, call.node, call.frame)
             return self._library_object(scope, args, call)
         if last in ("static_cast", "dynamic_cast", "reinterpret_cast", "const_cast") and given and args:
             kind = self.machine.type_text(given[0], call.frame)
@@ -324,8 +330,6 @@ class Ros(Ports):
             on.is_open = on.is_open or isinstance(value, Open) or self.machine.when != "always"
             return on
         if call.last in ("at", "front", "back", "find") and on.values:
-            from dineros.sources.cpp.values import Either
-
             index = constant(call.args[0]) if call.args else None
             if isinstance(index, int) and 0 <= index < len(on.values):
                 return on.values[index]

@@ -17,7 +17,9 @@ if TYPE_CHECKING:
 MOST_NESTED = 400
 """Limit of the nesting of brackets in a file; code written by hand has about twenty levels."""
 
-_MARKS = re.compile(rb"\b[A-Z][A-Z0-9_]*_(?:PUBLIC|EXPORT|LOCAL|API|VISIBILITY)\b(?!\s*\()")
+_MARKS = re.compile(
+    rb"\b(?!\w*TRANSIENT_LOCAL\b)[A-Z][A-Z0-9_]*_(?:PUBLIC|EXPORT|LOCAL|API|VISIBILITY)\b(?!\s*\()"
+)
 _DIRECTIVE = re.compile(rb"^[ \t]*#[ \t]*(if|ifdef|ifndef|elif|else|endif)\b[^\n]*", re.MULTILINE)
 _BRACKET = re.compile(rb"[()\[\]{}]")
 
@@ -173,6 +175,14 @@ def path_of(node: Node | None) -> str:
     if node.type == "dependent_type":
         return path_of(node.named_children[0]) if node.named_children else ""
     return re.sub(r"\s+", "", text_of(node))
+
+
+def arguments_of_scope(node: Node | None) -> list[Node]:
+    """Return the arguments of the template before the last name: of ``Part<A, B>::make_shared``, A and B."""
+    scope = None
+    while node is not None and node.type == "qualified_identifier":
+        scope, node = node.child_by_field_name("scope"), node.child_by_field_name("name")
+    return arguments_of(scope)
 
 
 def arguments_of(node: Node | None) -> list[Node]:

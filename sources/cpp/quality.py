@@ -38,6 +38,7 @@ CHAINED = {
         "avoid_ros_namespace_conventions",
     ),
     *("liveliness_lease_duration", "best_available", "reliability_best_available"),
+    "durability_best_available",
 }
 """Methods of a profile that return it."""
 _OPEN: Profile = dict.fromkeys(USUAL, "open")
@@ -63,22 +64,56 @@ def _one(values: list[Any]) -> Any:
     return "open: " + " or ".join(str(each).removeprefix("open: ") for each in values)
 
 
+def is_profile(value: Value | None) -> bool:
+    """Return whether a value is a quality of service, of `rclcpp` or of `rmw`."""
+    last = value.path.rpartition("::")[2] if isinstance(value, Made) else ""
+    return last in PRESETS or last in ("QoS", "rmw_qos_profile_t")
+
+
 def _of(value: Made) -> Profile:
-    if "profile" in value.fields:
-        return {key: value.fields[key].value for key in USUAL}  # type: ignore[attr-defined]
+    found = _base_of(value)
+    if not is_profile(value):
+        return found
+    for key, each in value.fields.items():  # members that are set afterwards
+        if key == "depth":
+            found[key] = profile(each)["depth"]
+        elif key in USUAL:
+            is_word = isinstance(each, Const) and isinstance(each.value, str)
+            found[key] = each.value if is_word else _word(each)  # type: ignore[attr-defined]
+    if "history" in value.fields:
+        return _with_history(found, value.fields["history"])
+    return found
+
+
+def _base_of(value: Made) -> Profile:
+    """Return the quality that a profile is made with."""
     last = value.path.rpartition("::")[2]
     if last in PRESETS:
-        return dict(PRESETS[last])
+        found = dict(PRESETS[last])
+        # What presets of `rclcpp` get says only how much is kept.
+        return _kept(found, value.args[0]) if value.args else found
     if last == "QoS" and value.args:
-        first = value.args[0]
-        inner = first.path.rpartition("::")[2] if isinstance(first, Made) else ""
-        if (len(value.args) > 1 and inner == "QoSInitialization") or inner == "from_rmw":
-            rest = value.args[1] if len(value.args) > 1 else first
-            return profile(rest) if rest is not first else _made_of(first)
-        if len(value.args) > 1:
-            return {**profile(value.args[1]), **({"depth": profile(first)["depth"]} if inner else {})}
-        return profile(first)
+        others = profile(value.args[1]) if len(value.args) > 1 else USUAL
+        return _kept(dict(others), value.args[0])
     return _made_of(value)
+
+
+def _kept(found: Profile, given: Value) -> Profile:
+    """Return a profile whose history is given by a number, ``KeepLast``, or ``QoSInitialization``."""
+    last = given.path.rpartition("::")[2] if isinstance(given, Made) else ""
+    if last == "QoSInitialization" and isinstance(given, Made) and len(given.args) > 1:
+        return _with_history({**found, "depth": profile(given.args[1])["depth"]}, given.args[0])
+    said = profile(given)
+    found = {**found, "depth": said["depth"]}
+    return {**found, "history": said["history"]} if "history" in said else found
+
+
+def _with_history(found: Profile, history: Value) -> Profile:
+    """Return a profile with another policy of its history."""
+    path = history.path if isinstance(history, Made) else shown(history)
+    if path.lower().replace("_", "").endswith("keepall"):
+        return {**found, "depth": 0, "history": "keep_all"}
+    return found
 
 
 def _made_of(value: Value) -> Profile:
@@ -98,7 +133,7 @@ def changed(value: Value | None, method: str, args: list[Value]) -> Made:
     if method == "keep_last" and args:
         found["depth"] = profile(args[0])["depth"]
     elif method == "keep_all":
-        found["depth"] = 0
+        found |= {"depth": 0, "history": "keep_all"}
     elif method in ("reliable", "best_effort"):
         found["reliability"] = method
     elif method == "transient_local":
@@ -107,11 +142,21 @@ def changed(value: Value | None, method: str, args: list[Value]) -> Made:
         found["durability"] = "volatile"
     elif method in ("reliability", "durability"):
         found[method] = _word(args[0] if args else None)
-    elif method in ("best_available", "reliability_best_available", "history"):
-        found["reliability"] = found["reliability"] if method == "history" else "best available"
-    fields: dict[str, Value] = {key: Const(found[key]) for key in USUAL}
-    fields["profile"] = Const(True)
+    elif method == "history" and args:
+        found = _with_history(found, args[0])
+    elif method in ("best_available", "reliability_best_available"):
+        found["reliability"] = "best available"
+    if method in ("best_available", "durability_best_available"):
+        found["durability"] = "best available"
+    if method == "keep_last":
+        found.pop("history", None)
+    fields: dict[str, Value] = {key: Const(each) for key, each in found.items()}
     return Made("rclcpp::QoS", fields=fields)
+
+
+def with_member(value: Made, name: str, given: Value) -> Made:
+    """Return a profile after ``profile.depth = ...``."""
+    return Made(value.path, value.args, {**value.fields, name: given}, node=value.node)
 
 
 def _word(value: Value | None) -> str:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Container
 from typing import TYPE_CHECKING
 
 from dineros.sources.cpp.following.machine import MOST_CALLS, UNITS, Machine, coerced
 from dineros.sources.cpp.index import ClassInfo, Routine
 from dineros.sources.cpp.operations import binary, number, text_literal
 from dineros.sources.cpp.parsing import path_of, text_of
+from dineros.sources.cpp.quality import CHAINED, is_profile, with_member
 from dineros.sources.cpp.values import (
     NO_VALUE,
     Const,
@@ -28,6 +30,8 @@ if TYPE_CHECKING:
     from tree_sitter import Node
 
 
+GIVES_PROFILE = ("get_rmw_qos_profile",)
+"""The method that gives the members of a profile."""
 _ARGUMENTS = {"argument_list", "initializer_list", "field_initializer_list"}
 
 
@@ -280,7 +284,12 @@ class Expressions(Machine):
             self.store(text_of(left), value, frame)
         elif left.type == "field_expression":
             name = path_of(left.child_by_field_name("field"))
-            for each in options(self.value(left.child_by_field_name("argument"), frame)):
+            holder = left.child_by_field_name("argument")
+            on = self.value(holder, frame)
+            if isinstance(on, Made) and is_profile(on):  # a copy of it does not change
+                self.assign(changed_by(holder, GIVES_PROFILE), with_member(on, name, value), frame)
+                return
+            for each in options(on):
                 if isinstance(each, Obj):
                     self.store_field(each, name, value)
                 elif isinstance(each, Made):
@@ -292,6 +301,10 @@ class Expressions(Machine):
                 on.is_open = on.is_open or isinstance(value, Open)
         elif left.type in ("pointer_expression", "parenthesized_expression"):
             self.assign(left.child_by_field_name("argument") or next(iter(named(left)), None), value, frame)
+
+    def change(self, node: Node, value: Value, frame: Frame) -> None:
+        """Set the object that a chained call changes, as in ``qos.keep_last(5).reliable()``."""
+        self.assign(changed_by(node, CHAINED), value, frame)
 
     def _initializer_list(self, node: Node, frame: Frame) -> Value:
         return Items(self.values(node, frame))
@@ -309,3 +322,14 @@ class Expressions(Machine):
                     each.child_by_field_name("right"), frame
                 )
         return Lambda(node, inner)
+
+
+def changed_by(node: Node | None, methods: Container[str]) -> Node | None:
+    """Return what calls of methods that return their object begin with."""
+    while node is not None and node.type == "call_expression":
+        method = node.child_by_field_name("function")
+        is_chained = method is not None and method.type == "field_expression"
+        if not is_chained or path_of(method.child_by_field_name("field")) not in methods:  # type: ignore[union-attr]
+            return None
+        node = method.child_by_field_name("argument")  # type: ignore[union-attr]
+    return node

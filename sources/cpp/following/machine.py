@@ -275,7 +275,9 @@ class Machine:
         around: Frame | None = frame
         while around is not None:
             if name in around.values:
-                around.values[name] = self.mixed(around.values[name], value)
+                is_inner = around is frame and frame.levels.get(name) == self.cond + self.loops
+                is_certain = is_inner and not self.off  # it lives only where this code is executed
+                around.values[name] = value if is_certain else self.mixed(around.values[name], value)
                 return
             around = around.outer
         if frame.this is not None:

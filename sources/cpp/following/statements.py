@@ -137,6 +137,7 @@ class Statements(Loops):
             if isinstance(value, Obj) and value.node is None:
                 value.is_held = True
         frame.values[name] = value
+        frame.levels[name] = self.cond + self.loops
 
     def _made(self, kind: Node | None, args: list[Value], node: Node, frame: Frame) -> Value:
         text = text_of(kind)

@@ -1,0 +1,144 @@
+"""Quality of service that code changes after it is made, and constants that look like marks of a compiler."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from textwrap import indent
+
+import pytest
+
+from dineros.sources.reading import read_source
+
+PROGRAM = """
+#include <rclcpp/rclcpp.hpp>
+using Text = std_msgs::msg::String;
+namespace specs {
+struct News {
+  using Message = Text;
+  static constexpr char name[] = "news";
+  static constexpr size_t depth = 3;
+  static constexpr auto reliability = RMW_QOS_POLICY_RELIABILITY_BEST_EFFORT;
+  static constexpr auto durability = RMW_QOS_POLICY_DURABILITY_TRANSIENT_LOCAL;
+};
+}
+template <class Spec>
+rclcpp::QoS quality() {
+  rclcpp::QoS qos(Spec::depth);
+  qos.reliability(Spec::reliability);
+  qos.durability(Spec::durability);
+  return qos;
+}
+void weaken(rclcpp::QoS & qos) { qos.best_effort(); }
+class Robot : public rclcpp::Node {
+ public:
+  Robot() : Node("robot") {
+BODY
+    out_ = create_publisher<Text>("out", QOS);
+  }
+  bool is_lossy();
+  rclcpp::QoS own_{10};
+  rclcpp::Publisher<Text>::SharedPtr out_;
+};
+int main() { rclcpp::init(0, nullptr); rclcpp::spin(std::make_shared<Robot>()); }
+"""
+QOS = "rclcpp::QoS qos(7);"
+
+
+BEST, LATCHED, LOSSY = "best_effort", "transient_local", "open: reliable or best_effort"
+RMW = "RMW_QOS_POLICY_"
+FROM = "rclcpp::QoS(rclcpp::QoSInitialization"
+
+
+@pytest.mark.parametrize(
+    ("body", "qos", "found"),
+    [
+        (f"{QOS} qos.best_effort();", "qos", (7, BEST, "volatile")),
+        (f"{QOS} qos.keep_last(4).transient_local();", "qos", (4, "reliable", LATCHED)),
+        (f"{QOS} auto other = qos; other.best_effort();", "qos", (7, "reliable", "volatile")),
+        (f"{QOS} auto other = qos; other.best_effort();", "other", (7, BEST, "volatile")),
+        (f"{QOS} weaken(qos);", "qos", (7, BEST, "volatile")),
+        ("own_.keep_last(8).best_effort();", "own_", (8, BEST, "volatile")),
+        ("auto qos = std::make_shared<rclcpp::QoS>(5); qos->best_effort();", "*qos", (5, BEST, "volatile")),
+        (f"{QOS} if (is_lossy()) {{ qos.best_effort(); }}", "qos", (7, LOSSY, "volatile")),
+        (f"{QOS} while (is_lossy()) {{ qos.best_effort(); }}", "qos", (7, LOSSY, "volatile")),
+        (
+            f"{QOS} qos.get_rmw_qos_profile().durability = {RMW}DURABILITY_TRANSIENT_LOCAL;",
+            "qos",
+            (7, "reliable", LATCHED),
+        ),
+        (
+            "rmw_qos_profile_t own = rmw_qos_profile_default; own.depth = 6; auto copy = own;"
+            f" copy.depth = 2; own.reliability = {RMW}RELIABILITY_BEST_EFFORT;",
+            f"{FROM}::from_rmw(own), own)",
+            (6, BEST, "volatile"),
+        ),
+        ("", f"{FROM}({RMW}HISTORY_KEEP_LAST, 2), rmw_qos_profile_sensor_data)", (2, BEST, "volatile")),
+        ("", f"{FROM}({RMW}HISTORY_KEEP_ALL, 2))", (0, "reliable", "volatile")),
+        ("", f"{FROM}::from_rmw(rmw_qos_profile_sensor_data))", (5, "reliable", "volatile")),
+        ("", "rclcpp::SensorDataQoS(rclcpp::KeepLast(2))", (2, BEST, "volatile")),
+        ("", "rclcpp::SensorDataQoS(rclcpp::KeepAll())", (0, BEST, "volatile")),
+        ("", "rclcpp::QoS(9).history(rclcpp::HistoryPolicy::KeepAll)", (0, "reliable", "volatile")),
+        ("", f"rclcpp::QoS(1).durability({RMW}DURABILITY_TRANSIENT_LOCAL)", (1, "reliable", LATCHED)),
+        ("", "quality<specs::News>()", (3, BEST, LATCHED)),
+    ],
+)
+def test_a_quality_is_that_of_the_last_change(
+    tmp_path: Path, body: str, qos: str, found: tuple[object, str, str]
+) -> None:
+    (tmp_path / "robot.cpp").write_text(
+        PROGRAM.replace("BODY", indent(body, "    ")).replace("QOS);", f"{qos});")
+    )
+    (node,) = read_source(tmp_path).nodes
+    (entity,) = node.of("publishers")
+    assert tuple(entity.details[key] for key in ("depth", "reliability", "durability")) == found
+
+
+def test_what_a_branch_makes_is_certain_in_it(tmp_path: Path) -> None:
+    """Both the profile and the publisher exist only there."""
+    made = 'other_ = create_publisher<Text>("a", qos);'
+    body = f"if (is_lossy()) {{ rclcpp::QoS qos(2); qos.best_effort(); {made} }}"
+    (tmp_path / "robot.cpp").write_text(PROGRAM.replace("BODY", body).replace("QOS);", "5);"))
+    (node,) = read_source(tmp_path).nodes
+    assert [(each.name, each.details["reliability"]) for each in node.of("publishers")] == [
+        ("a", "best_effort"),
+        ("out", "reliable"),
+    ]
+
+
+HELPERS = """
+#include <rclcpp/rclcpp.hpp>
+namespace specs {
+struct Level { using Service = std_srvs::srv::Trigger; static constexpr char name[] = "level"; };
+struct Reset { using Service = std_srvs::srv::Empty; static constexpr char name[] = "reset"; };
+}
+namespace parts {
+template <class Spec, class NodeT = rclcpp::Node>
+class Client {
+ public:
+  RCLCPP_SMART_PTR_DEFINITIONS(Client)
+  explicit Client(NodeT * node) {
+    client_ = node->template create_client<typename Spec::Service>(Spec::name);
+  }
+  typename rclcpp::Client<typename Spec::Service>::SharedPtr client_;
+};
+template <class Spec, class NodeT>
+auto make_client(NodeT * node) { return Client<Spec, NodeT>::make_shared(node); }
+}
+class Robot : public rclcpp::Node {
+ public:
+  Robot() : Node("robot") {
+    level_ = parts::make_client<specs::Level>(this);
+    reset_ = parts::Client<specs::Reset>::make_shared(this);
+  }
+  parts::Client<specs::Level>::SharedPtr level_;
+  parts::Client<specs::Reset>::SharedPtr reset_;
+};
+int main() { rclcpp::init(0, nullptr); rclcpp::spin(std::make_shared<Robot>()); }
+"""
+
+
+def test_make_shared_of_a_class_template_has_its_arguments(tmp_path: Path) -> None:
+    (tmp_path / "robot.cpp").write_text(HELPERS)
+    (node,) = read_source(tmp_path).nodes
+    found = [(each.name, each.type) for each in node.of("clients")]
+    assert found == [("level", "std_srvs/srv/Trigger"), ("reset", "std_srvs/srv/Empty")]
