@@ -17,6 +17,7 @@ from dineros.sources.language.values import (
     ModuleValue,
     Object,
     Open,
+    Outside,
     Port,
     Value,
     is_none,
@@ -42,6 +43,10 @@ class Assignments(Conditions):
                 if isinstance(holder, Object):
                     is_one = len(holders) == 1
                     self.put(holder, target.attr, value, expr, target, frame, is_certain=is_one)
+                elif isinstance(holder, Outside) and holder.path.startswith("rclpy.qos"):
+                    at = self.place(target, frame)
+                    preset = self.presets.setdefault(holder.path, Made(holder.path, [], {}, at))
+                    self.write_slot(preset, target.attr, value)
                 elif not isinstance(holder, (Made, Port, ModuleValue)) and not is_none(holder):
                     self.attributes.names.add(target.attr)
                     self.escape(value)

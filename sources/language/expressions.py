@@ -66,7 +66,7 @@ class Expressions(Collections):
                 found = self.read_slot(holder, name)
                 if found is not None:
                     return found
-            elif name in here.names and not is_global:
+            elif name in here.names and not is_global and not _is_hidden(here, frame):
                 return here.names[name]
             here = here.outer
         if name in _BUILT_IN:
@@ -83,7 +83,7 @@ class Expressions(Collections):
         here: Frame | None = frame
         if name in frame.globals:
             while here is not None and self.holder_of(here) is None:
-                if name in here.names and here is not frame:
+                if name in here.names and here is not frame and not _is_hidden(here, frame):
                     here.names[name] = join([here.names[name], value])
                     return
                 here = here.outer
@@ -324,3 +324,8 @@ _BUILT_IN = frozenset(
         "IOError",
     ]
 )
+
+
+def _is_hidden(outer: Frame, frame: Frame) -> bool:
+    """Return whether an outer scope is the body of a class, whose names its methods do not see."""
+    return outer is not frame and frame.function is not None and hasattr(outer, "cls")

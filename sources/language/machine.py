@@ -22,6 +22,7 @@ from dineros.sources.language.values import (
     Future,
     Holder,
     Items,
+    Made,
     Mapping,
     Object,
     Open,
@@ -130,6 +131,7 @@ class Machine:
         self.script: str | None = None
         self.frames: dict[str, Frame] = {}
         self.holders: dict[int, Holder] = {}
+        self.presets: dict[str, Made] = {}
         self.nodes: list[NodeFact] = []
         self.callbacks: dict[tuple[object, ...], Callback] = {}
         self.entities: dict[tuple[object, ...], Entity] = {}
@@ -235,9 +237,12 @@ class Machine:
     def write_slot(self, holder: Holder, name: str, value: Value) -> None:
         """Assign a value to an attribute; in a branch, it may also have its previous value."""
         slot = holder.slots.get(name)
-        if slot is None:
-            holder.slots[name] = Slot(value, [value], self.run)
+        is_perhaps = self.activity.conditional > (holder.level if isinstance(holder, Made) else 0)
+        is_off = bool(self.activity.disabled)
+        if slot is None or (slot.is_off and not is_off):
+            holder.slots[name] = Slot(value, [value], self.run, is_perhaps, is_off)
             return
+        slot.is_perhaps &= is_perhaps or is_off
         if not any(same(value, each) for each in slot.values):
             if len(slot.values) >= MOST_VALUES:
                 slot.values = [Open(name)]
@@ -246,7 +251,7 @@ class Machine:
         if self.activity.disabled:
             return
         before = slot.current if slot.run == self.run else join(slot.values)
-        slot.current = join([before, value]) if self.activity.conditional else value
+        slot.current = join([before, value]) if is_perhaps else value
         slot.run = self.run
 
     def holder_of(self, frame: Frame) -> Holder | None:

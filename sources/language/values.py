@@ -166,11 +166,16 @@ class Class(Value):
 
 @dataclass(eq=False)
 class Slot:
-    """An attribute of an object, or a variable of a module: its current value, and all previous ones."""
+    """An attribute of an object, or a variable of a module: its current value, and all previous ones.
+
+    `is_perhaps`: it may also have what the object was made with; `is_off`: it has, for certain.
+    """
 
     current: Value
     values: list[Value]
     run: int
+    is_perhaps: bool = False
+    is_off: bool = False
 
 
 class Holder(Value):
@@ -204,6 +209,7 @@ class Made(Holder):
         self.name = ""
         self.entity: Entity | None = None
         self.nodes: list[NodeFact] = []
+        self.level = 0  # number of branches around the call
 
     def argument(self, index: int, *names: str) -> Value | None:
         """Return an argument by its place or one of its names."""

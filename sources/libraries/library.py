@@ -71,6 +71,7 @@ class RosLibrary:
     def call(self, path: str, args: list[Value], keys: Keys, node: ast.AST, frame: Frame) -> Value:
         """Call a function or class by its dotted name."""
         made = Made(path, args, keys, self.machine.place(node, frame))
+        made.level = self.machine.activity.conditional
         last = path.rpartition(".")[2]
         idiom = self.idioms.table.get(path)
         if idiom is not None:
@@ -335,6 +336,7 @@ class RosLibrary:
     ) -> None:
         """Begin the part of an object that a class outside of the folder has."""
         made = Made(path, args, keys, self.machine.place(node, frame))
+        made.level = self.machine.activity.conditional
         idiom = self.idioms.table.get(path)
         if idiom is not None:
             self.idioms.apply(idiom, made, node, frame, instance)

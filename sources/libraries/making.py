@@ -186,13 +186,17 @@ class Maker:
 
     def quality(self, entity: Entity, value: Value | None, *, usual: bool = False) -> None:
         """Set the quality of service of an entity."""
-        profile = profile_of(value if not usual else Const(10), self.read)
+        profile = profile_of(value if not usual else Const(10), self)
         for key, each in profile.items():
             entity.details[key] = each
 
     def read(self, holder: Value, name: str) -> Value | None:
         """Return an attribute that the program has set."""
         return self.machine.read_slot(holder, name) if isinstance(holder, Holder) else None
+
+    def preset(self, path: str) -> Made | None:
+        """Return the members of a preset of ``rclpy.qos`` that the program has set."""
+        return self.machine.presets.get(path)
 
     def group(self, entity: Entity, value: Value | None, fact: NodeFact) -> None:
         """Set the callback group of an entity."""

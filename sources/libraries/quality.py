@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Protocol
 
 from dineros.sources.facts import is_open
 from dineros.sources.language.values import (
@@ -44,20 +44,30 @@ _WORDS = {
 }
 
 
-def profile_of(value: Value | None, read: Any) -> Profile:
+class Reader(Protocol):
+    """Reads attributes that a program has set."""
+
+    def read(self, holder: Value, name: str) -> Value | None:
+        """Return an attribute of an object."""
+
+    def preset(self, path: str) -> Made | None:
+        """Return the members of a preset that were set; None: none."""
+
+
+def profile_of(value: Value | None, reader: Reader) -> Profile:
     """Return the quality of service of a value; unknown parts are open.
 
     Parameters
     ----------
     value : Value or None
         The value in the code.
-    read : callable
-        Reads an attribute of an object, as the interpreter does.
+    reader : Reader
+        Reads what the program has set.
     """
     if value is None or is_none(value):
         return dict.fromkeys(USUAL, "open: none given")
     if isinstance(value, Either):
-        found = [profile_of(each, read) for each in value.options if not is_none(each)]
+        found = [profile_of(each, reader) for each in value.options if not is_none(each)]
         return {key: _one([each.get(key, "open") for each in found]) for key in USUAL}
     if isinstance(value, Const):
         if isinstance(value.value, int) and not isinstance(value.value, bool):
@@ -65,11 +75,14 @@ def profile_of(value: Value | None, read: Any) -> Profile:
         return dict.fromkeys(USUAL, "open")
     if isinstance(value, Outside):
         preset = _preset(value.path)
-        return dict(preset) if preset is not None else dict.fromkeys(USUAL, f"open: {value.path}")
+        if preset is None:
+            return dict.fromkeys(USUAL, f"open: {value.path}")
+        changed = reader.preset(value.path)
+        return dict(preset) if changed is None else _changed(dict(preset), changed, reader)
     if isinstance(value, Object):
         value = value.made
     if isinstance(value, Made):
-        return _made(value, read)
+        return _made(value, reader)
     if isinstance(value, Open):
         return dict.fromkeys(USUAL, f"open: {value.text}")
     return dict.fromkeys(USUAL, "open")
@@ -85,13 +98,13 @@ def _preset(path: str) -> Profile | None:
     return PRESETS.get(name) if path.startswith("rclpy") else None
 
 
-def _made(value: Made, read: Any) -> Profile:
+def _made(value: Made, reader: Reader) -> Profile:
     last = value.path.split(".")[-1]
     if last in ("get_from_short_key",) and value.args and isinstance(value.args[0], Const):
         found = PRESETS.get(str(value.args[0].value).upper())
         return dict(found) if found else dict.fromkeys(USUAL, "open")
     if last in ("deepcopy", "copy") and value.args:
-        base = profile_of(value.args[0], read)
+        base = profile_of(value.args[0], reader)
     elif last == "QoSProfile" and value.path.startswith("rclpy"):
         base = {"depth": 0, "reliability": "reliable", "durability": "volatile"}
         for name in ("depth", "reliability", "durability", "history"):
@@ -101,10 +114,16 @@ def _made(value: Made, read: Any) -> Profile:
             base = dict.fromkeys(USUAL, "open")
     else:
         return dict.fromkeys(USUAL, f"open: {value.path}")
+    return _changed(base, value, reader)
+
+
+def _changed(base: Profile, value: Made, reader: Reader) -> Profile:
+    """Return a profile with the members that a program sets."""
     for name in ("depth", "reliability", "durability", "history"):
-        given = read(value, name)
-        if given is not None:
-            base[name] = word(name, given)
+        given, slot = reader.read(value, name), value.slots.get(name)
+        if given is not None and slot is not None and not slot.is_off:
+            said = word(name, given)
+            base[name] = _one([base.get(name, "keep_last"), said]) if slot.is_perhaps else said
     if base.get("history") == "keep_last":
         del base["history"]
     return base
