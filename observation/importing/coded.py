@@ -412,7 +412,7 @@ class _CodedNode:
         """Add the actions of constructors, the main function and threads: a timer in a group of its own."""
         steps: list[Step] = []
         for fact in self.fact.callbacks:
-            if fact.kind in ("constructor", "main", "thread", "parameters"):
+            if fact.kind in ("constructor", "main", "thread", "parameters", "event"):
                 found = behaviour.steps(fact)
                 steps += [
                     replace(

@@ -42,6 +42,11 @@ _SAME = {
 _RESOLVE = {"resolve_topic_name", "resolve_service_name", "resolve_topic_or_service_name"}
 _OF_THIS = {"shared_from_this", "weak_from_this"}
 """Methods of a node that return it; so do those for its interfaces."""
+_OF_PARAMETERS = {
+    *("add_on_set_parameters_callback", "add_pre_set_parameters_callback"),
+    *("add_post_set_parameters_callback", "set_on_parameters_set_callback"),
+}
+"""Methods of nodes that get a callback of parameters."""
 _GOALS = {"succeed", "abort", "canceled", "publish_feedback"}
 
 _ADDS = {
@@ -77,6 +82,9 @@ class Ros(Ports):
         if found is not None:
             return found
         on = call.on
+        if call.last in _OF_PARAMETERS and call.args:
+            self.told(call.args[0], "parameters", call.node, call.frame)
+            return Made(call.path, node=call.node)
         if on is None:
             return self._function(call)
         if isinstance(on, Port):
@@ -120,6 +128,8 @@ class Ros(Ports):
         if last in ("static_cast", "dynamic_cast", "reinterpret_cast", "const_cast") and given and args:
             kind = self.machine.type_text(given[0], call.frame)
             return duration(kind, "", args) or coerced(kind, args[0])
+        if last == "getCameraInfoTopic" and args and isinstance(topic := constant(args[0]), str):
+            return Const("".join(topic.rpartition("/")[:2]) + "camera_info")
         if last == "bind" and args:
             return bound(args)
         if path.endswith("MessageFilter") and args and isinstance(args[0], (Port, Made)):
@@ -229,6 +239,12 @@ class Ros(Ports):
             self.maker.callback(holder, "callback", "thread", target, owner)
         return Made("std::thread", [target])
 
+    def told(self, target: Value, kind: str, node: Node, frame: Frame) -> None:
+        """Read a callback without a port: of parameters, or of events such as matched ports."""
+        owner = frame.this or self.machine.owner or Obj(None)
+        holder = self.machine.entity_of("threads", kind, node, frame, Obj(None))
+        self.maker.callback(holder, "callback", kind, target, owner)
+
     # --------------------------------------------------------------------------------- objects of libraries
 
     def _made(self, call: Call, on: Made) -> Value | None:
@@ -280,19 +296,34 @@ class Ros(Ports):
 
     def _synchronizes(self, call: Call, on: Made) -> Value | None:
         """Follow a synchronizer of ``message_filters``: one callback takes the messages of its inputs."""
-        held = on.fields.setdefault("inputs", Items([each for each in on.args if isinstance(each, Port)]))
+        held = on.fields.setdefault("inputs", Items(self._inputs(on.args)))
         if not isinstance(held, Items):
             return None
         if call.last == "connectInput":
-            held.values += [one for each in call.args for one in options(each) if isinstance(one, Port)]
+            added = self._inputs(call.args)
+            held.values += added
+            if "heard" in on.fields:
+                self._hear(added, on.fields["heard"])
             return Const(None)
         if call.last == "registerCallback" and call.args:
-            target = bound(call.args)
-            for each in held.values:
-                if isinstance(each, Port):
-                    self.maker.callback(each.entity, "callback", "subscription", target, each.owner)
+            on.fields["heard"] = bound(call.args)
+            self._hear(held.values, on.fields["heard"])
             return Open(call.last)
         return None
+
+    def _inputs(self, args: list[Value]) -> list[Value]:
+        """Return the filters among arguments; those that do not subscribe yet may do so later."""
+        found = [one for each in args for one in options(each)]
+        idioms = self.machine.idioms
+        return [each for each in found if isinstance(each, Port) or getattr(each, "path", None) in idioms]
+
+    def _hear(self, inputs: list[Value], target: Value) -> None:
+        """Give the inputs of a synchronizer its callback."""
+        for each in inputs:
+            if isinstance(each, Port):
+                self.maker.callback(each.entity, "callback", "subscription", target, each.owner)
+            elif isinstance(each, Made):
+                each.fields["heard"] = target
 
     def _executor(self, call: Call, on: Made) -> Value | None:
         last = call.last

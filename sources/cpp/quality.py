@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from dineros.sources.cpp.values import Const, Either, Made, Open, Value, shown
+from dineros.sources.cpp.values import Const, Either, Made, Open, Value, is_quality, shown
 
 Profile = dict[str, Any]
 """``depth``, ``reliability`` and ``durability``; each may be open."""
@@ -64,15 +64,9 @@ def _one(values: list[Any]) -> Any:
     return "open: " + " or ".join(str(each).removeprefix("open: ") for each in values)
 
 
-def is_profile(value: Value | None) -> bool:
-    """Return whether a value is a quality of service, of `rclcpp` or of `rmw`."""
-    last = value.path.rpartition("::")[2] if isinstance(value, Made) else ""
-    return last in PRESETS or last in ("QoS", "rmw_qos_profile_t")
-
-
 def _of(value: Made) -> Profile:
     found = _base_of(value)
-    if not is_profile(value):
+    if not is_quality(value):
         return found
     for key, each in value.fields.items():  # members that are set afterwards
         if key == "depth":

@@ -188,7 +188,8 @@ def joined(old: Value | None, new: Value) -> Value:
         return new
     if new is NO_VALUE or (isinstance(new, Const) and new.value is None):
         return old
-    if isinstance(old, Open) and isinstance(new, (Obj, Port, Made, Lambda, Method)):
+    is_object = isinstance(new, (Obj, Port, Made, Lambda, Method)) and not is_quality(new)
+    if isinstance(old, Open) and is_object:
         return new
     found: list[Value] = []
     for each in (old, new):
@@ -199,6 +200,12 @@ def joined(old: Value | None, new: Value) -> Value:
             else:
                 found[same] = option
     return Either(tuple(found)) if len(found) <= 8 else Open("many values")
+
+
+def is_quality(value: Value | None) -> bool:
+    """Return whether a value is a quality of service, of `rclcpp` or of `rmw`."""
+    last = value.path.rpartition("::")[2] if isinstance(value, Made) else ""
+    return last.endswith("QoS") or last.startswith("rmw_qos_profile_")
 
 
 def is_same(one: Value, other: Value) -> bool:

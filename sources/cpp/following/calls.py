@@ -41,6 +41,7 @@ _HARMLESS = {
         "make_pair",
     ),
     *("declare_parameter_if_not_declared", "declare_parameter", "get_logger", "weak_ptr", "Bond", "Rate"),
+    *("TRACEPOINT", "TRACETOOLS_TRACEPOINT", "DO_TRACEPOINT"),
     *("setCreateTimerInterface", "TransportHints", "setMouseCallback"),
     *("emplace", "emplace_back", "push_back", "insert", "swap", "get_child", "set_parameter", "what"),
     "assert",
@@ -114,11 +115,18 @@ class Library(Protocol):
     def make_node(self, this: Obj, kind: str, args: list[Value], node: Node, frame: Frame) -> None:
         """Make an object a node."""
 
+    def told(self, target: Value, kind: str, node: Node, frame: Frame) -> None:
+        """Read a callback without a port."""
+
 
 class Calls(Routines):
     """Evaluates calls."""
 
     library: Library
+
+    def event(self, node: Node, target: Value, frame: Frame) -> None:
+        """Read the callback of an event of a port."""
+        self.library.told(target, "event", node, frame)
 
     def _new_expression(self, node: Node, frame: Frame) -> Value:
         args = self.values(node.child_by_field_name("arguments"), frame)

@@ -9,7 +9,7 @@ from dineros.sources.cpp.following.machine import MOST_CALLS, UNITS, Machine, co
 from dineros.sources.cpp.index import ClassInfo, Routine
 from dineros.sources.cpp.operations import binary, number, text_literal
 from dineros.sources.cpp.parsing import path_of, text_of
-from dineros.sources.cpp.quality import CHAINED, is_profile, with_member
+from dineros.sources.cpp.quality import CHAINED, with_member
 from dineros.sources.cpp.values import (
     NO_VALUE,
     Const,
@@ -23,6 +23,7 @@ from dineros.sources.cpp.values import (
     Open,
     Seconds,
     Value,
+    is_quality,
     options,
 )
 
@@ -32,6 +33,11 @@ if TYPE_CHECKING:
 
 GIVES_PROFILE = ("get_rmw_qos_profile",)
 """The method that gives the members of a profile."""
+EVENTS = {
+    *("matched_callback", "deadline_callback", "liveliness_callback", "incompatible_qos_callback"),
+    *("incompatible_type_callback", "message_lost_callback"),
+}
+"""Members of options of ports that are callbacks of events."""
 _ARGUMENTS = {"argument_list", "initializer_list", "field_initializer_list"}
 
 
@@ -285,8 +291,11 @@ class Expressions(Machine):
         elif left.type == "field_expression":
             name = path_of(left.child_by_field_name("field"))
             holder = left.child_by_field_name("argument")
+            if name in EVENTS and isinstance(value, (Lambda, Method)):
+                self.event(left, value, frame)
+                return
             on = self.value(holder, frame)
-            if isinstance(on, Made) and is_profile(on):  # a copy of it does not change
+            if isinstance(on, Made) and is_quality(on):  # a copy of it does not change
                 self.assign(changed_by(holder, GIVES_PROFILE), with_member(on, name, value), frame)
                 return
             for each in options(on):
@@ -301,6 +310,10 @@ class Expressions(Machine):
                 on.is_open = on.is_open or isinstance(value, Open)
         elif left.type in ("pointer_expression", "parenthesized_expression"):
             self.assign(left.child_by_field_name("argument") or next(iter(named(left)), None), value, frame)
+
+    def event(self, node: Node, target: Value, frame: Frame) -> None:
+        """Read the callback of an event of a port."""
+        raise NotImplementedError
 
     def change(self, node: Node, value: Value, frame: Frame) -> None:
         """Set the object that a chained call changes, as in ``qos.keep_last(5).reliable()``."""
