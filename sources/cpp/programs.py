@@ -281,6 +281,7 @@ def _read(machine: Statements, todo: Todo) -> None:
     machine.fact, machine.role = todo.fact, todo.fact.kind
     machine.owner, machine.entity = todo.owner, todo.entity
     machine.cond = machine.loops = machine.off = 0
+    machine.changes = []
     machine.calls, machine.frames, machine.holding = [], [], []
     machine.ways_out, machine.asked = [], set()
     todo.fact.effects = []

@@ -99,7 +99,7 @@ class Items(Value):
 
 @dataclass(eq=False)
 class Frame:
-    """Variables of a routine that runs; `levels`: in how many branches and loops they are declared."""
+    """Variables of a routine that runs."""
 
     path: str
     space: str
@@ -113,7 +113,6 @@ class Frame:
     result: Value | None = None
     level: int = 0
     off: int = 0
-    levels: dict[str, int] = field(default_factory=dict)
 
 
 @dataclass(eq=False)

@@ -302,7 +302,7 @@ class Expressions(Machine):
                 if isinstance(each, Obj):
                     self.store_field(each, name, value)
                 elif isinstance(each, Made):
-                    each.fields[name] = self.mixed(each.fields.get(name), value)
+                    self.set_member(each, name, value)
         elif left.type == "subscript_expression":
             on = self.value(left.child_by_field_name("argument"), frame)
             if isinstance(on, Items):

@@ -35,11 +35,14 @@ class Loops(Calls):
                 if name in frame.values and isinstance(frame.values[name], Const):
                     frame.values[name] = Open(name)
         self.loops += 1
+        self.cond -= 1  # `perhaps` counts branches
         self.ways_out.append(_may_give_up(node))
         try:
-            yield
+            with self.perhaps():
+                yield
         finally:
             self.loops -= 1
+            self.cond += 1
             self.ways_out.pop()
 
     def _do_for_statement(self, node: Node, frame: Frame) -> None:

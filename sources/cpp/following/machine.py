@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from dineros.sources.cpp.following.reach import Reach
 from dineros.sources.cpp.following.reached import Reached
+from dineros.sources.cpp.following.ways import Ways
 from dineros.sources.cpp.index import ClassInfo, Index
 from dineros.sources.cpp.parsing import arguments_of, line_of, path_of, text_of
-from dineros.sources.cpp.values import Const, Either, Frame, Obj, Open, Seconds, Todo, Value, joined
+from dineros.sources.cpp.values import Const, Either, Frame, Made, Obj, Open, Seconds, Todo, Value, joined
 from dineros.sources.facts import CallbackFact, Effect, Entity, NodeFact, Place
 from dineros.sources.libraries.idioms import Idiom
 
@@ -36,7 +36,7 @@ class TooLong(Exception):  # noqa: N818 - not an error
     """A program is too large to be followed completely."""
 
 
-class Machine:
+class Machine(Ways):
     """The state of a program that is being followed.
 
     Parameters
@@ -61,6 +61,7 @@ class Machine:
         reach: Reach | None = None,
         reached: Reached | None = None,
     ) -> None:
+        super().__init__()
         self.index = index
         self.program = program
         self.idioms = idioms
@@ -70,12 +71,9 @@ class Machine:
         self.made: dict[tuple[object, ...], Obj] = {}
         self.fact = CallbackFact("main", "main", Place("", 1))
         self.role = "main"
-        self.cond = 0
         self.loops = 0
-        self.off = 0
         self.calls: list[tuple[int, ...]] = []
         self.turns: list[int] = []
-        self.frames: list[Frame] = []
         self.sites: list[tuple[str, Node, Frame | None, Frame]] = []
         """Of routines that run: name, the call, the frame of the caller, the own frame."""
         self.holding: list[str] = []
@@ -103,17 +101,6 @@ class Machine:
         self.steps += 1
         if self.steps > MOST_STEPS:
             raise TooLong
-
-    @contextmanager
-    def perhaps(self, *, is_off: bool = False) -> Iterator[None]:
-        """Run code that may not be executed; `is_off`: code that the default values disable."""
-        self.cond += 1
-        self.off += is_off
-        try:
-            yield
-        finally:
-            self.cond -= 1
-            self.off -= is_off
 
     @property
     def when(self) -> str:
@@ -275,9 +262,7 @@ class Machine:
         around: Frame | None = frame
         while around is not None:
             if name in around.values:
-                is_inner = around is frame and frame.levels.get(name) == self.cond + self.loops
-                is_certain = is_inner and not self.off  # it lives only where this code is executed
-                around.values[name] = value if is_certain else self.mixed(around.values[name], value)
+                self.set_in(around.values, name, value, is_local=around is frame)
                 return
             around = around.outer
         if frame.this is not None:
@@ -291,13 +276,14 @@ class Machine:
                 value = coerced(text_of(kind), value)
         is_certain = self.role in ("main", "constructor") and len(self.calls) < MOST_CALLS
         old = this.fields.get(name)
-        this.fields[name] = self.mixed(old, value) if is_certain else joined(old, value)
+        if is_certain:
+            self.set_in(this.fields, name, value)
+        else:
+            this.fields[name] = joined(old, value)
 
-    def mixed(self, old: Value | None, value: Value) -> Value:
-        """Return the new value of a variable if the current code may not be executed."""
-        if self.off and old is not None:
-            return old
-        return joined(old, value) if self.when != "always" else value
+    def set_member(self, on: Made, name: str, value: Value) -> None:
+        """Set a member of an object of a library."""
+        self.set_in(on.fields, name, value)
 
 
 def is_node(name: str) -> bool:

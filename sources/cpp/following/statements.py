@@ -10,6 +10,7 @@ from dineros.sources.cpp.following.calls import Call
 from dineros.sources.cpp.following.expressions import named
 from dineros.sources.cpp.following.loops import Loops
 from dineros.sources.cpp.following.machine import MOST_CALLS, coerced, is_node
+from dineros.sources.cpp.following.ways import Way
 from dineros.sources.cpp.index import ClassInfo
 from dineros.sources.cpp.parsing import arguments_of, path_of, text_of
 from dineros.sources.cpp.values import NO_VALUE, Const, Frame, Items, Made, Obj, Open, Value, joined, options
@@ -137,7 +138,6 @@ class Statements(Loops):
             if isinstance(value, Obj) and value.node is None:
                 value.is_held = True
         frame.values[name] = value
-        frame.levels[name] = self.cond + self.loops
 
     def _made(self, kind: Node | None, args: list[Value], node: Node, frame: Frame) -> Value:
         text = text_of(kind)
@@ -167,10 +167,11 @@ class Statements(Loops):
                 asked = self.value(each, frame)
         yes, no = node.child_by_field_name("consequence"), node.child_by_field_name("alternative")
         known = bool(asked.value) if isinstance(asked, Const) else None
+        ways: list[Way] = []
         for branch, is_taken in ((yes, known), (no, None if known is None else not known)):
-            if branch is not None:
-                with self.perhaps(is_off=is_taken is False):
-                    self.run_block(branch, frame)
+            with self.way(ways, is_off=is_taken is False):
+                self.run_block(branch, frame)
+        self.merge(ways, has_rest=False)
 
     def _do_switch_statement(self, node: Node, frame: Frame) -> None:
         asked = next(reversed(self.values(node.child_by_field_name("condition"), frame)), Open("a condition"))

@@ -142,3 +142,58 @@ def test_make_shared_of_a_class_template_has_its_arguments(tmp_path: Path) -> No
     (node,) = read_source(tmp_path).nodes
     found = [(each.name, each.type) for each in node.of("clients")]
     assert found == [("level", "std_srvs/srv/Trigger"), ("reset", "std_srvs/srv/Empty")]
+
+
+BRANCHES = """
+#include <rclcpp/rclcpp.hpp>
+using Text = std_msgs::msg::String;
+class Robot : public rclcpp::Node {
+ public:
+  Robot() : Node("robot") {
+    std::string name, other = "start";
+BODY
+    last_ = create_publisher<Text>("last_" + other, 1);
+  }
+  bool is_lossy();
+  std::string own_ = "own";
+  rclcpp::Publisher<Text>::SharedPtr first_, second_, last_;
+};
+int main() { rclcpp::init(0, nullptr); rclcpp::spin(std::make_shared<Robot>()); }
+"""
+
+
+@pytest.mark.parametrize(
+    ("body", "found"),
+    [
+        # Each port has the name that was set last before it, in its branch.
+        (
+            'if (is_lossy()) { name = "a"; first_ = create_publisher<Text>(name, 1);'
+            ' name = "b"; second_ = create_publisher<Text>(name, 1); }',
+            ["a", "b", "last_start"],
+        ),
+        (
+            'if (is_lossy()) { own_ = "a"; first_ = create_publisher<Text>(own_, 1); }'
+            ' else { own_ = "b"; second_ = create_publisher<Text>(own_, 1); }',
+            ["a", "b", "last_start"],
+        ),
+        # One branch does not see what the other one sets; afterwards both are possible.
+        (
+            'if (is_lossy()) { other = "a"; } else { first_ = create_publisher<Text>(other, 1); }',
+            ["start", "last_start", "last_a"],
+        ),
+        ('if (is_lossy()) { other = "a"; } else { other = "b"; }', ["last_a", "last_b"]),
+        ('if (is_lossy()) { if (is_lossy()) { other = "a"; } }', ["last_start", "last_a"]),
+        ('while (is_lossy()) { other = "a"; }', ["open: last_{other} or last_a"]),
+        ('if (true) { other = "a"; } else { other = "b"; }', ["last_a"]),
+        (
+            'if (declare_parameter("more", false)) { other = "a";'
+            " first_ = create_publisher<Text>(other, 1); }",
+            ["a", "last_start"],
+        ),
+        ('if (is_lossy()) { other = "a"; return; } other = "b";', ["last_b"]),
+    ],
+)
+def test_what_a_branch_sets_is_known_in_it(tmp_path: Path, body: str, found: list[str]) -> None:
+    (tmp_path / "robot.cpp").write_text(BRANCHES.replace("BODY", body))
+    (node,) = read_source(tmp_path).nodes
+    assert [each.name for each in node.of("publishers")] == found
