@@ -12,11 +12,11 @@ from dineros.sources.branches import Anything, Branch, Do, Loop
 from dineros.sources.facts import CallbackFact, Effect, Entity, Item, NodeFact, Place
 from dineros.sources.language.attributes import Attributes
 from dineros.sources.language.modules import Module, Modules
+from dineros.sources.language.slots import Slots, Written
 from dineros.sources.language.values import (
     Bound,
     Callback,
     Class,
-    Const,
     Frame,
     Function,
     Future,
@@ -25,16 +25,12 @@ from dineros.sources.language.values import (
     Made,
     Mapping,
     Object,
-    Open,
     OutsideMethod,
     Partial,
     Port,
     RunningNode,
-    Slot,
     Value,
-    join,
     options,
-    same,
 )
 
 MOST_STEPS = 400_000
@@ -43,8 +39,6 @@ MOST_CALLS = 30
 """Limit of the depth of calls."""
 MOST_CALLBACKS = 600
 """Limit of the callbacks of one program."""
-MOST_VALUES = 12
-"""Limit of the values of a variable."""
 
 
 FALLS, RETURNS, RAISES, BREAKS, CONTINUES = "falls", "returns", "raises", "breaks", "continues"
@@ -71,6 +65,8 @@ class Activity:
         What is done in the innermost branch, in its order.
     is_lost : bool
         Whether the order of what is done could not be followed.
+    written : list of (int, Written)
+        For each branch around the current code: how many there are, and the attributes that it sets.
     """
 
     fact: CallbackFact
@@ -81,6 +77,7 @@ class Activity:
     holding: list[str] = field(default_factory=list)
     block: list[Item] = field(default_factory=list)
     is_lost: bool = False
+    written: list[tuple[int, Written]] = field(default_factory=list)
 
 
 class Library(Protocol):
@@ -114,7 +111,7 @@ class Library(Protocol):
         """Enter a ``with``; return whether it is a lock."""
 
 
-class Machine:
+class Machine(Slots):
     """The position of the interpreter, and its results.
 
     Parameters
@@ -183,17 +180,36 @@ class Machine:
 
     @contextmanager
     def perhaps(
-        self, *, is_loop: bool = False, is_disabled: bool = False, is_kept: bool = False
+        self,
+        *,
+        is_loop: bool = False,
+        is_disabled: bool = False,
+        is_kept: bool = False,
+        ways: list[Written] | None = None,
     ) -> Iterator[list[Item]]:
-        """Run code that may be executed any number of times; yield its block, which the caller may keep."""
+        """Run code that may be executed any number of times; yield its block, which the caller may keep.
+
+        Attributes that it sets may also have their values from before, afterwards. With `ways`, they have
+        these values again, and `ways` has the new ones.
+        """
         activity = self.activity
+        written: Written = {}
         activity.conditional += 1
         activity.loops += is_loop
         activity.disabled += is_disabled
+        activity.written.append((activity.conditional, written))
         try:
             with self.block() as done:
                 yield done
         finally:
+            activity.written.pop()
+            found_ways = [] if ways is None else ways
+            if not is_disabled:
+                found_ways.append({slot: (before, slot.current) for slot, (before, _) in written.items()})
+            for slot, (before, _) in written.items():
+                slot.current = slot.current if before is None else before
+            if ways is None:
+                self.merge_slots(found_ways, has_rest=True)
             activity.conditional -= 1
             activity.loops -= is_loop
             activity.disabled -= is_disabled
@@ -223,36 +239,6 @@ class Machine:
             self.trail.pop()
 
     # ---------------------------------------------------------------------------------------------- variables
-
-    def read_slot(self, holder: Holder, name: str) -> Value | None:
-        """Return the value of an attribute: the one assigned in this run, or all values that it has had."""
-        slot = holder.slots.get(name)
-        if slot is None:
-            return None
-        found = slot.current if slot.run == self.run else join(slot.values)
-        if isinstance(found, Const) and not found.origin:
-            return Const(found.value, "variable")
-        return found
-
-    def write_slot(self, holder: Holder, name: str, value: Value) -> None:
-        """Assign a value to an attribute; in a branch, it may also have its previous value."""
-        slot = holder.slots.get(name)
-        is_perhaps = self.activity.conditional > (holder.level if isinstance(holder, Made) else 0)
-        is_off = bool(self.activity.disabled)
-        if slot is None or (slot.is_off and not is_off):
-            holder.slots[name] = Slot(value, [value], self.run, is_perhaps, is_off)
-            return
-        slot.is_perhaps &= is_perhaps or is_off
-        if not any(same(value, each) for each in slot.values):
-            if len(slot.values) >= MOST_VALUES:
-                slot.values = [Open(name)]
-            else:
-                slot.values.append(value)
-        if self.activity.disabled:
-            return
-        before = slot.current if slot.run == self.run else join(slot.values)
-        slot.current = join([before, value]) if is_perhaps else value
-        slot.run = self.run
 
     def holder_of(self, frame: Frame) -> Holder | None:
         """Return the namespace of a module; None for a function."""

@@ -11,6 +11,7 @@ from dineros.sources.language.assigning import Assignments
 from dineros.sources.language.endings import why_endless
 from dineros.sources.language.machine import BREAKS, CONTINUES, FALLS, RAISES, RETURNS, Activity
 from dineros.sources.language.operations import Verdict
+from dineros.sources.language.slots import Written
 from dineros.sources.language.values import (
     SETTINGS,
     Class,
@@ -165,6 +166,7 @@ class Statements(Assignments):
         after: list[dict[str, Value]] = []
         off: dict[str, Value] = {}
         goes_on = False
+        ways: list[Written] = []
         ends: set[str] = set()
         parts = [(True, node.body), (False, node.orelse)]
         if is_setting:
@@ -174,7 +176,7 @@ class Statements(Assignments):
             frame.names.update(before)
             is_off = is_setting and verdict is not is_body
             count = len(frame.returns)
-            with self.perhaps(is_disabled=is_off, is_kept=True) as block:
+            with self.perhaps(is_disabled=is_off, is_kept=True, ways=ways) as block:
                 found = self.execute(body, frame)
             (done.then if is_body else done.otherwise).extend(block)
             if is_off:
@@ -188,6 +190,7 @@ class Statements(Assignments):
                 after.append(dict(frame.names))
         if ends == {RAISES} and goes_on:  # without the setting, the program only says that it is missing
             ends, after = {FALLS}, [off]
+        self.merge_slots(ways, has_rest=False)
         merge(frame, after, before)
         for name, value in off.items():
             frame.names.setdefault(name, value)

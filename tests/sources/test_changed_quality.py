@@ -101,3 +101,76 @@ rclpy.spin(Robot())
         "method",
         "my_outer",
     ]
+
+
+BRANCHES = """
+import rclpy
+from rclpy.node import Node
+from std_msgs.msg import String
+
+class Robot(Node):
+    def __init__(self):
+        super().__init__("robot")
+        self.topic = "start"
+BODY
+        self.make("last_" + self.topic)
+    def make(self, name): self.out = self.create_publisher(String, name, 1)
+    def is_lossy(self): return self.get_parameter("lossy").value
+    def change(self):
+        self.topic = "b"
+
+rclpy.init()
+rclpy.spin(Robot())
+"""
+
+
+@pytest.mark.parametrize(
+    ("body", "found"),
+    [
+        (
+            "if self.is_lossy():\n    self.topic = 'a'\n    self.make(self.topic)\n"
+            "    self.change()\n    self.make(self.topic)",
+            ["a", "b", "last_start", "last_b"],
+        ),
+        (
+            "if self.is_lossy():\n    self.topic = 'a'\nelse:\n    self.make(self.topic)",
+            ["start", "last_start", "last_a"],
+        ),
+        (
+            "if self.is_lossy():\n    self.topic = 'a'\nelif self.is_lossy():\n    self.change()\nelse:\n"
+            "    self.topic = 'c'",
+            ["last_a", "last_b", "last_c"],
+        ),
+        (
+            "if self.is_lossy():\n    if self.is_lossy():\n        self.topic = 'a'\n"
+            "    self.make(self.topic)",
+            ["start", "a", "last_start", "last_a"],
+        ),
+        (
+            "if self.is_lossy():\n    self.other = 'a'\nelse:\n    self.other = 'b'\n"
+            "    self.make(self.other)",
+            ["b", "last_start"],
+        ),
+        (
+            "match self.is_lossy():\n    case 1:\n        self.topic = 'a'\n        self.make(self.topic)",
+            ["a", "last_start", "last_a"],
+        ),
+        (
+            "if self.declare_parameter('more', True).value:\n    self.topic = 'a'\n    self.make(self.topic)",
+            ["a", "last_a"],
+        ),
+    ],
+)
+def test_what_a_branch_sets_is_known_in_it(tmp_path: Path, body: str, found: list[str]) -> None:
+    """Afterwards, the attribute has that value or the one from before."""
+    (tmp_path / "robot.py").write_text(BRANCHES.replace("BODY", indent(body, " " * 8)))
+    (node,) = read_source(tmp_path).nodes
+    assert [each.name for each in node.of("publishers")] == found
+
+
+def test_what_is_set_after_a_return_in_a_branch_may_not_be_set(tmp_path: Path) -> None:
+    """The routine ends before, so both values are possible after it."""
+    text = BRANCHES.replace('self.topic = "b"', 'if self.is_lossy(): return\n        self.topic = "b"')
+    (tmp_path / "robot.py").write_text(text.replace("BODY", "        self.change()"))
+    (node,) = read_source(tmp_path).nodes
+    assert [each.name for each in node.of("publishers")] == ["last_start", "last_b"]
