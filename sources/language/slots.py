@@ -20,14 +20,16 @@ class Slots:
 
     Attributes
     ----------
-    activity : Activity
-        The code that is being read.
     run : int
         Number of the current run of callbacks: in another one, attributes have any of their values.
     """
 
-    activity: Activity
     run: int
+
+    @property
+    def activity(self) -> Activity:
+        """The code that is being read."""
+        raise NotImplementedError
 
     def read_slot(self, holder: Holder, name: str) -> Value | None:
         """Return the value of an attribute: the one assigned in this run, or all values that it has had."""
