@@ -97,6 +97,8 @@ class Ros(Ports):
             return self._items(call, on)
         if call.last in _RESOLVE and call.args:
             return call.args[0]
+        if isinstance(on, Open) and on.text.startswith("parameter ") and call.last.startswith("as_"):
+            return on
         if call.last in SELF and not isinstance(on, Open):
             self.machine.forget(call)
             return on
@@ -264,6 +266,11 @@ class Ros(Ports):
             return self._sleep(call, period, "rate")
         if path.endswith("ImageTransport"):
             return self.images(call, on)
+        if path.endswith("stringstream") and last == "str":
+            if call.args:
+                self.machine.set_member(on, "text", call.args[0])
+                return Const(None)
+            return on.fields.get("text", on.args[0] if on.args else Const(""))
         if "xecutor" in path:
             return self._executor(call, on)
         if path in self.machine.idioms and last in ("subscribe", "registerCallback") and call.args:

@@ -35,6 +35,8 @@ def parameter(machine: Statements, call: Call) -> Value | None:
         default = on.parameters.get(name, default) if call.last in _DECLARE_OR_GET else default
         if isinstance(default, Made) and default.path.endswith("ParameterValue") and default.args:
             default = default.args[0]
+        if "PARAMETER_" in (getattr(default, "path", "") or getattr(default, "text", "")):
+            default = Open(f"parameter {name}")  # only its type is declared
         default = default if value is None else _value(value)
         on.parameters[name] = default
         entity = machine.entity_of("parameters", name, call.node, call.frame, on)

@@ -75,6 +75,7 @@ class CppPrograms:
                     folder.unread.append(f"{path}: it is nested too deeply")
         self.index.finish()
         self._reach = Reach(self.index, self._idioms)
+        self._is_launched = False
         self._reached = Reached()
         context = [str(folder.root.resolve()), repr(sorted(self._idioms.items()))]
         self._keeper = Keeper(cache, self.index, context) if cache is not None else None
@@ -121,6 +122,7 @@ class CppPrograms:
         list of NodeFact or None
             None: it is not in the folder.
         """
+        self._is_launched = True
         with _deep():
             for routine in self.index.functions.get("main", []):
                 name = self._program(routine.path)
@@ -200,6 +202,7 @@ class CppPrograms:
             "cls": cls.full if cls is not None else "",
             "component": repr(None if cls is None else self._component(cls)),
             "given": given.get(full, {}),
+            "launched": self._is_launched,
         }
         found = self._keeper.load(program) if self._keeper is not None else None
         if found is None:
@@ -228,7 +231,7 @@ class CppPrograms:
         reached = Reached()
         machine = Statements(self.index, program, self._idioms, self._reach, reached)
         machine.library = Ros(machine)
-        machine.given = given.get(program, {})
+        machine.given, machine.is_launched = given.get(program, {}), self._is_launched
         machine.fact = CallbackFact("main", "main", Place(path, main.line if main is not None else 1))
         is_cut, is_whole, unread = False, True, list[str]()
         try:

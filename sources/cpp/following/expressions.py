@@ -25,6 +25,7 @@ from dineros.sources.cpp.values import (
     Value,
     is_quality,
     options,
+    shown,
 )
 
 if TYPE_CHECKING:
@@ -249,6 +250,11 @@ class Expressions(Machine):
         right = self.value(node.child_by_field_name("right"), frame)
         if sign == ">>" and right is NO_VALUE:  # a stream gives the variable a value
             self.assign(node.child_by_field_name("right"), Open(text_of(node)[:60]), frame)
+        if sign == "<<" and isinstance(left, Made) and left.path.endswith("stringstream"):
+            before = left.fields.get("text", left.args[0] if left.args else Const(""))
+            added = Const(shown(right)) if isinstance(right, Const) else right
+            self.set_member(left, "text", binary("+", before, added))
+            return left
         return binary(sign, left, right)
 
     def _conditional_expression(self, node: Node, frame: Frame) -> Value:
@@ -266,6 +272,12 @@ class Expressions(Machine):
 
     def _update_expression(self, node: Node, frame: Frame) -> Value:
         inner = node.child_by_field_name("argument")
+        before = frame.values.get(text_of(inner))
+        is_whole = isinstance(before, Const) and type(before.value) is int
+        if is_whole and not self.loops and isinstance(before, Const):
+            after = Const(before.value + (1 if "++" in text_of(node) else -1))
+            self.assign(inner, after, frame)
+            return after if text_of(node).startswith(("++", "--")) else before
         self.assign(inner, Open(text_of(node)), frame)
         return Open(text_of(node)[:60])
 

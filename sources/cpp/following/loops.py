@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from tree_sitter import Node
 
 _ASKS = re.compile(r"\bok\s*\(|wait_for|wait_until|future_status|FutureReturnCode")
+_NUMBERED = re.compile(r'<<\s*"([A-Za-z]\w*)"\s*<<\s*\w+\+\+\s*;')
+"""The name of a numbered parameter."""
 _MOST_TURNS = 100
 """Items of a list that are followed one by one."""
 
@@ -86,9 +88,28 @@ class Loops(Calls):
             self.run_block(node.child_by_field_name("body"), frame)
 
     def _do_do_statement(self, node: Node, frame: Frame) -> None:
+        count = self._numbered(node)
+        if count is not None:
+            for turn in range(count):
+                self.turns.append(turn)
+                self.run_block(node.child_by_field_name("body"), frame)
+                self.turns.pop()
+            return
         with self._loop(node, frame):
             self.run_block(node.child_by_field_name("body"), frame)
             self.value(node.child_by_field_name("condition"), frame)
+
+    def _numbered(self, node: Node) -> int | None:
+        """Return the iterations of a loop over the parameters ``odom0``, ``odom1``, ...; None: not known.
+
+        The loop ends at the first one without a value. A launch file gives all values.
+        """
+        text = text_of(node.child_by_field_name("body"))
+        asked = _NUMBERED.search(text)
+        if asked is None or "get_parameter" not in text or _leaves(node.child_by_field_name("body")):
+            return None
+        count = next(number for number in range(_MOST_TURNS + 1) if f"{asked[1]}{number}" not in self.given)
+        return count if count or self.is_launched else None
 
     def _do_for_range_loop(self, node: Node, frame: Frame) -> None:
         name = name_of(node.child_by_field_name("declarator"))

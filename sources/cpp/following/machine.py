@@ -66,6 +66,7 @@ class Machine(Ways):
         self.program = program
         self.idioms = idioms
         self.given: Mapping[str, Any] = {}
+        self.is_launched = False
         self.nodes: list[NodeFact] = []
         self.todo: list[Todo] = []
         self.made: dict[tuple[object, ...], Obj] = {}

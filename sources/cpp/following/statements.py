@@ -114,8 +114,17 @@ class Statements(Loops):
 
     def _do_declaration(self, node: Node, frame: Frame) -> None:
         kind = node.child_by_field_name("type")
+        words = {text_of(each) for each in node.named_children if each.type.endswith("_specifier")}
+        words |= {text_of(each) for each in node.named_children if each.type == "type_qualifier"}
         for declarator in node.children_by_field_name("declarator"):
             self._declare(kind, declarator, node, frame)
+            name = name_of(declarator)
+            if (
+                "static" in words
+                and not words & {"const", "constexpr"}
+                and isinstance(frame.values.get(name), Const)
+            ):
+                frame.values[name] = Open(name)  # it has the value of the last run
 
     def _declare(self, kind: Node | None, declarator: Node, node: Node, frame: Frame) -> None:
         name = name_of(declarator)
@@ -144,7 +153,7 @@ class Statements(Loops):
         if (
             kind is None
             or kind.type in ("primitive_type", "sized_type_specifier")
-            or text.startswith(("std::string", "string"))
+            or (text.startswith(("std::string", "string")) and "stream" not in text)
         ):
             return coerced(text, args[0]) if args else NO_VALUE
         if path_of(kind).endswith(("Ptr", "shared_ptr", "unique_ptr")) and args:
