@@ -10,9 +10,8 @@ from typing import Protocol
 
 from dineros.sources.branches import Anything, Branch, Do, Loop
 from dineros.sources.facts import CallbackFact, Effect, Entity, Item, NodeFact, Place
-from dineros.sources.language.attributes import Attributes
+from dineros.sources.language.attributes import Attributes, Slots, Written
 from dineros.sources.language.modules import Module, Modules
-from dineros.sources.language.slots import Slots, Written
 from dineros.sources.language.values import (
     Bound,
     Callback,

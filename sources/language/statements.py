@@ -8,10 +8,10 @@ from collections.abc import Callable
 
 from dineros.sources.branches import Anything, Attempt, Branch, Condition, Leave, Loop, Turns
 from dineros.sources.language.assigning import Assignments
+from dineros.sources.language.attributes import Written
 from dineros.sources.language.endings import why_endless
 from dineros.sources.language.machine import BREAKS, CONTINUES, FALLS, RAISES, RETURNS, Activity
 from dineros.sources.language.operations import Verdict
-from dineros.sources.language.slots import Written
 from dineros.sources.language.values import (
     SETTINGS,
     Class,

@@ -159,12 +159,12 @@ FOLDERS = {
         *("reading", "vendors"),
     ],
     "sources/cpp": [
-        *("parsing", "declarators", "index", "values", "operations", "following", "keeping", "binding"),
-        *("quality", "parameters"),
+        *("parsing", "declarators", "index", "values", "operations", "quality", "following", "keeping"),
+        *("binding", "parameters"),
         *("making", "left_out", "ports", "waiting", "doing", "programs"),
     ],
     "sources/cpp/following": [
-        *("reach", "reached", "machine", "expressions", "routines", "calls", "loops", "statements"),
+        *("reach", "reached", "ways", "machine", "expressions", "routines", "calls", "loops", "statements"),
     ],
     "sources/language": [
         *(
