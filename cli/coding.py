@@ -66,7 +66,7 @@ class Code:
     Raises
     ------
     UsageError
-        Something that belongs to source code is said, and no folder is.
+        An option for source code is given, and no folder is.
     """
 
     folders: tuple[Path, ...]

@@ -99,3 +99,14 @@ def _print_styled(text: str, style: str, stream: TextIO) -> None:
 
     # What people copy and tools read must not be wrapped or decorated.
     Console(file=stream, highlight=False, markup=False, emoji=False, soft_wrap=True).print(text, style=style)
+
+
+def shown_figure(name: str, value: object) -> str:
+    """Return a figure as text; its name decides its unit."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if name == "peak_memory_bytes" and isinstance(value, int):
+        return f"{value / 2**20:,.0f} MiB"
+    if isinstance(value, float):
+        return f"{value:.2f}"
+    return f"{value:,}" if isinstance(value, int) else str(value)

@@ -1,7 +1,7 @@
 """The command ``dineros``: finds the subcommands, and turns every error into one line and an exit status.
 
-Exit statuses: 0 fine, 1 a property is violated or a check found something, 2 wrong use or bad input,
-3 unknown (a budget was hit, or a search interrupted); 130 interrupted, 141 nobody reads the output any more.
+Exit statuses: 0 fine, 1 a property is violated or a check found something, 2 wrong use or bad input, 3
+unknown (a budget was hit, or a search interrupted); 130 interrupted, 141 the reader of the output has ended.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ class Subcommands(click.Group):
         """Run the command line and exit; see `click.Command.main`."""
         if not standalone_mode or COMPLETION_VARIABLE in os.environ:
             return super().main(args, "dineros", complete_var, standalone_mode, **extra)
-        is_alone = args is None  # else somebody calls, whose process this is
+        is_alone = args is None  # else a caller owns the process
         status = self._status(sys.argv[1:] if args is None else list(args), is_alone)
         if is_alone:
             gc.freeze()  # the process ends: a last look for garbage would go through the whole model

@@ -93,7 +93,7 @@ class Search:
     at : Whereabouts
         Where it is.
     last : Progress or None
-        What an engine said last.
+        The last progress message of an engine.
     """
 
     def __init__(self, limits: Limits, tell: Callable[[tuple[str, Any]], None] | None = None) -> None:

@@ -8,7 +8,7 @@
 >>> [arc.id for arc in flow(idle, start, busy)]
 ['idle-start', 'start-busy']
 
-A step of a system model says what it takes and what it puts, on whichever pages those places are:
+A step of a system model names what it takes and what it puts; the places may be on any pages:
 
 >>> from dineros.metamodel import sym
 >>> from dineros.metamodel.build import callback, node_net, place, step

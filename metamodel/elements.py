@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TypeVar, overload
 
-from dineros.metamodel import pn, sym
+from dineros.metamodel import pn, rtm, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.errors import DinerosError, UnknownElementError, near_matches
 
@@ -157,3 +157,28 @@ def resolve(node: pn.Node) -> pn.Place | pn.Transition:
 def label(element: pn.Element) -> str:
     """Return what people read: the name, or the id where there is none."""
     return element.name or element.id
+
+
+def fresh_id(id: str, taken: set[str]) -> str:
+    """Return an unused id; the second ``a-b`` becomes ``a-b~2``."""
+    found, number = id, 1
+    while found in taken:
+        number += 1
+        found = f"{id}~{number}"
+    taken.add(found)
+    return found
+
+
+def ports_in(model: rtm.RuntimeModel) -> Iterator[tuple[rtm.Place, rtm.PlacePort]]:
+    """Yield the places with ports, and each port with it."""
+    for place in places(model):
+        if isinstance(place, rtm.Place):
+            for port in place.ports:
+                yield place, port
+
+
+def is_within(element: EObject | None, root: EObject) -> bool:
+    """Return whether an object is another one, or part of it."""
+    while element is not None and element is not root:
+        element = element.eContainer()
+    return element is root

@@ -1,6 +1,6 @@
 """Generate the typed API from the `.ecore` files, or check that it is up to date.
 
-``python -m dineros.metamodel.generate`` writes one package per metamodel beside this file;
+``python -m dineros.metamodel.generate`` writes one package per metamodel next to this file;
 ``--check`` writes nothing and exits 1 when a package differs from what would be written.
 pyecoregen walks the metamodels; the template is ours, because its own drops enumeration values
 and lower bounds and gives no type hints.

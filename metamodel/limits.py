@@ -1,9 +1,9 @@
 """Limits of sizes: numbers of a model that cost memory or time, and how large they may be.
 
 A file of a few kilobytes can ask for two thousand million tokens. What is usual passes; what is large gets a
-warning from `validate`; what is larger than the limit is refused, before anything is made. Whoever means it
-raises the limit, by ``--limit NAME=NUMBER`` or ``DINEROS_LIMITS=NAME=NUMBER,..`` in the environment, which
-processes that are started inherit.
+warning from `validate`; what is larger than the limit is refused, before anything is made. A user who needs
+more raises the limit, by ``--limit NAME=NUMBER`` or ``DINEROS_LIMITS=NAME=NUMBER,..`` in the environment,
+which processes that are started inherit.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class Limit:
     counts : str
         What the number is a number of, for messages.
     usual : int or None
-        Up to here nothing is said; None where there is no warning, as the number stands in no model.
+        Larger numbers get a warning; None: there is no warning, as the number is not part of a model.
     most : int
         Larger numbers are refused, unless the user raises the limit.
     says : str

@@ -2,13 +2,13 @@
 
 A node calls a message ``NODE/PLACE/NUMBER`` or ``NODE@RUN/PLACE/NUMBER``; what stands before the number is
 the *sender*, whose messages are numbered from 1. A message that is sent again (by a node that continues after
-a crash, by a client without a response) keeps its id, and whoever had it ignores it.
+a crash, by a client without a response) keeps its id; a node that received it before ignores it.
 
-Anybody on the network can write any id, so two rules hold wherever an id comes in:
+Any program on the network can write any id, so two rules apply to each id that is received:
 
 * What is not an id is refused (`parse_id` says why): its message is counted and dropped.
-* A number has come before if *it* came, or if the transport told that it was lost (`Numbers`). That a greater
-  one came says nothing: a forged id costs its sender the one message of that number and no other. Memory
+* A number has come before if *it* came, or if the transport reported it as lost (`Numbers`). That a greater
+  one came proves nothing: a forged id costs its sender the one message of that number and no other. Memory
   stays small, since neighbouring numbers are one range, and the lowest ranges are forgotten beyond a limit.
 """
 
@@ -41,7 +41,7 @@ def parse_id(message_id: str) -> tuple[str, int] | None:
     Returns
     -------
     tuple of str and int, or None
-        None where the message has no number, as those of programs without DiNeROS: nobody can tell whether it
+        None where the message has no number, as those of programs without DiNeROS: it is unknown whether it
         came before.
 
     Raises

@@ -37,7 +37,7 @@ class FieldType:
     length : int, optional
         Number of elements of a list of fixed length.
     default : Value
-        What a token carries where nothing else is said.
+        The value of a token for which no other is given.
     ros : str, optional
         ROS type of the value or of the elements: ``uint8``, ``string<=20``, ``std_msgs/msg/Header``;
         None: the widest of the kind.
@@ -87,7 +87,7 @@ class TokenType:
 _INTEGER = re.compile(r"[+-]?[0-9]{1,20}")
 _ARTICLES = {"text": "a text", "integer": "an integer", "number": "a number", "boolean": "true or false"}
 EMPTY: dict[str, Value] = {"text": "", "integer": 0, "number": 0.0, "boolean": False}
-"""What a field of a kind has where nothing else is said."""
+"""The default of a field of a kind."""
 
 _ROS_TYPE = re.compile(r"([a-z]+[0-9]*)(?:<=([1-9][0-9]{0,8}))?")
 _KINDS = {"bool": "boolean", "float32": "number", "float64": "number", "string": "text", "wstring": "text"}
@@ -172,7 +172,7 @@ def check_length(field: FieldType, count: int) -> None:
 def field_type(field: sym.TokenField) -> FieldType:
     """Return a declared field with the empty value of its kind as default, of a list one without elements.
 
-    Nothing is filled up to a length here, which may be anything until somebody has looked at it.
+    Lists are not filled up to their length here, because the length has not been checked yet.
     """
     kind, element = str(field.kind), str(field.elementKind)
     default: Value = [] if kind == "list" else {} if kind == "map" else EMPTY.get(kind, "")

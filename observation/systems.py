@@ -93,7 +93,7 @@ class ObservedNode:
     action_servers, action_clients : tuple of Endpoint
         Of actions.
     use_sim_time : bool or None
-        Whether it obeys simulated time; None: not told.
+        Whether it obeys simulated time; None: unknown.
     lifecycle : str or None
         State of a managed node: ``unconfigured``, ``inactive``, ``active``, ``finalized``; ``unknown`` where
         it did not answer; None: the node is not managed.

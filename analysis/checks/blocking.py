@@ -109,7 +109,7 @@ class Callbacks(Question):
     needs_space = False
 
     def leave_open(self, checked: Checked, reason: str) -> None:
-        """Leave it undecided, where nothing has been said of it."""
+        """Leave it undecided, unless it was decided."""
         if not checked.is_closed and not checked.callbacks_asked:
             super().leave_open(checked, reason)
 

@@ -2,9 +2,9 @@
 
 What costs little comes first: the properties of the model, each for a while, and the growth of tokens. The
 complete state space of the net without signals answers most other questions at once; a witness is then
-searched breadth first, so that it is a shortest one. Where the space costs much, what is met nearby and by
-walks is told first, and a smaller net may answer instead; where it has no end, what can be answered on the
-way is.
+searched breadth first, so that it is a shortest one. If the space is expensive, what a short search and
+walks find is reported first, and a smaller net may answer instead; if it is infinite, the search answers what
+it can.
 """
 
 from __future__ import annotations

@@ -1,12 +1,12 @@
 """Why nothing can fire: deadlocks grouped by what waits for what, each with a way to it.
 
 A transition *waits* in a dead marking where a token arrived at one of its inputs but something else is
-missing. A token that was there from the start, a free place of a queue, or an instance that nobody uses is at
-rest and waits for nothing. What is missing would be made by other transitions, which lack something in turn:
-where that leads to another transition that waits, the first one is a consequence. What is left, alone or in a
-circle, is the cause. What a node would do that was shut down waits for nothing: it ends with its node. Dead
-markings in which the same transitions wait for the same places are one group;
-server instances are alike.
+missing. A token that was there from the start, a free place of a queue, or an instance without a request is
+at rest and waits for nothing. What is missing would be made by other transitions, which lack something in
+turn: where that leads to another transition that waits, the first one is a consequence. What is left, alone
+or in a circle, is the cause. What a node would do that was shut down waits for nothing: it ends with its
+node. Dead markings in which the same transitions wait for the same places are one group; server instances are
+alike.
 
 Where nothing waits, the application has come to rest. That is as it should be where the final condition of
 the model holds, or, if it states none, where each node rests in final places. A place is final if it is of
@@ -31,7 +31,7 @@ from dineros.analysis.symbolic.vector_sets import Scope
 from dineros.metamodel import sym
 from dineros.metamodel.records import Drop
 
-#: Groups told apart, before server instances are taken to be alike; what is left beyond them is one more.
+#: Number of groups; from then on server instances count as alike, and all other markings are one more group.
 MOST_GROUPS = 24
 #: Causes named in a text.
 MOST_NAMED = 4

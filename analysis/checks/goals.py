@@ -212,7 +212,7 @@ class Goals(Question):
 
 
 class Cancels(Question):
-    """Whether servers hear of requests to cancel: the part of `Goals` that threads decide."""
+    """Whether servers receive cancel requests: the part of `Goals` that threads decide."""
 
     faults = (Goals.UNHEARD,)
     asks = "whether the server receives requests to cancel goals"
@@ -301,7 +301,7 @@ def _note(client: _Client, link: Link) -> None:
 
 
 def _why_unheard(channel: sym.ActionChannel) -> str:
-    """Return why a server does not hear of requests to cancel, where its callbacks and threads say it."""
+    """Return why a server receives no cancel requests, if its callbacks and threads are the reason."""
     page, node = channel.server.page, node_net_of(channel.server.page)
     if node is None or not runs_callbacks(node) or threads_of(node) > 1:
         return ""

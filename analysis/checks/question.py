@@ -73,7 +73,7 @@ class Checked:
     told : set of str
         Ids of what has been answered before its question was asked.
     answered : list
-        The stored properties that were decided: the property, the question and what is said of it.
+        The stored properties that were decided: the property, the question and the answer.
     bounded : dict of str to str
         Of stored properties that safe bounds have proved: what the report says of each. A later answer that
         is exact takes its place.

@@ -80,7 +80,7 @@ class WithGoals:
 def with_goals(net: CompiledNet, goals: Sequence[Goal]) -> WithGoals | None:
     """Return a net with transitions for goals other than deadlocks; None: a goal cannot be expressed."""
     own = [t for goal in goals for t in goal.transitions]
-    limits = [_limits(net, conjunction) for goal in goals for conjunction in goal.conjunctions]
+    limits = [_limits(conjunction) for goal in goals for conjunction in goal.conjunctions]
     kept = [each for each in limits if each is not None]
     if len(kept) < len(limits):
         return None
@@ -90,7 +90,7 @@ def with_goals(net: CompiledNet, goals: Sequence[Goal]) -> WithGoals | None:
     return WithGoals(_with_transitions(net, kept), (*own, *range(count, count + len(kept))), count)
 
 
-def _limits(net: CompiledNet, conjunction: Sequence[Comparison]) -> _Limits | None:
+def _limits(conjunction: Sequence[Comparison]) -> _Limits | None:
     """Return the limits of sums of tokens in a conjunction; None: it has another kind of condition.
 
     All factors of a sum are positive, so that it is the number of tokens on an additional place.

@@ -126,7 +126,7 @@ def _history_role(
     stage: str | None,
     copies: dict[tuple[EObject, int | None], str],
 ) -> StepRole:
-    """Return the step of a history: of goals, which a server has, or of what a client hears of them."""
+    """Return the step of a history: of goals, which a server has, or of what a client receives about them."""
     channel, client = source_of(link, sym.ActionChannel), source_of(link, sym.ActionClientPort)
     owner = channel.server.entry if queue == "goal" else client.goal
     return StepRole(kind, _node(owner), channel.id, queue, stage, copies[client.goal, None], client.client)

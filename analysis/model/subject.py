@@ -1,4 +1,4 @@
-"""What is analysed: a model compiled to a net, and how to speak of the net in the words of the model."""
+"""What is analysed: a model compiled to a net, with the words of the model for elements of the net."""
 
 from __future__ import annotations
 

@@ -160,11 +160,11 @@ class Unrolling:
         return found[formula]
 
     def new(self) -> int:
-        """Return a variable of which nothing is said yet."""
+        """Return a variable without any constraint."""
         return self._fresh()
 
     def solve(self, assumptions: Sequence[int], steps: int, budget: Budget) -> bool:
-        """Whether all that was said can be true together with some literals; `steps` is told as progress.
+        """Whether all clauses can be true together with some literals; `steps` is reported as progress.
 
         Raises
         ------

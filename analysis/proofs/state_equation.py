@@ -82,7 +82,7 @@ class StateEquation:
                 touched.setdefault(place, {place: -1.0})[places + number] = float(times)
         program += touched.values()  # type: ignore[arg-type]
         costs = np.concatenate([self.net.initial.astype(float), [-float(bound) for _, bound in rows]])
-        # Where no condition speaks of a place, its weight is at least 0.
+        # If no condition names a place, its weight is at least 0.
         low = np.zeros(places + count)
         low[list(touched)] = -np.inf
         high = np.full(places + count, np.inf)

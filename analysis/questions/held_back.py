@@ -15,7 +15,6 @@ from dineros.analysis.answers.budget import Budget, BudgetExceededError
 from dineros.analysis.logic.language.names import NetNames
 from dineros.analysis.logic.language.syntax import Name
 from dineros.analysis.model.subject import Subject
-from dineros.analysis.portfolio.asking import find_marking
 from dineros.metamodel import pn, sym
 from dineros.metamodel.callbacks.waiting import Slots, free_slots, goal_counts
 
@@ -72,6 +71,8 @@ def held_back(subject: Subject, budget: Budget) -> list[HeldBack]:
     for slots in free_slots(model, goal_counts(model)):
         if slots.is_enough:
             continue
+        from dineros.analysis.portfolio.asking import find_marking
+
         share = budget.share(SHARE) if budget.left is not None else budget.at_most(LEAST_SECONDS)
         try:
             answer = find_marking(subject.net, _full(subject, slots), NetNames(subject.net), share)

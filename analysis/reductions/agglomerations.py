@@ -50,7 +50,7 @@ class PostAgglomeration(Rule):
             ):
                 continue
             first, second = list(net.producers[place]), list(net.consumers[place])
-            if not _may_fuse(net, place, first, second, question):
+            if not _may_fuse(first, second, question):
                 continue
             if len(second) > 1 and any(net.transitions[h].outputs[place] > 1 for h in first):
                 continue
@@ -94,7 +94,7 @@ class PreAgglomeration(Rule):
             if tokens or place not in net.places or net.inhibited[place] or place in question.observed_places:
                 continue
             first, second = list(net.producers[place]), list(net.consumers[place])
-            if not _may_fuse(net, place, first, second, question):
+            if not _may_fuse(first, second, question):
                 continue
             if any(net.transitions[f].inputs[place] > 1 for f in second):
                 continue
@@ -115,7 +115,7 @@ class PreAgglomeration(Rule):
         )
 
 
-def _may_fuse(net: MutableNet, place: str, first: list[str], second: list[str], question: Question) -> bool:
+def _may_fuse(first: list[str], second: list[str], question: Question) -> bool:
     return (
         bool(first)
         and bool(second)

@@ -79,11 +79,11 @@ class ExcludedTransition(Rule):
         equation = GuardedBounds(net)
         kept = question.observed_transitions | sampled(net).enabled
         for t, arcs in list(net.transitions.items()):
-            if t not in kept and _is_excluded(net, arcs, equation):
+            if t not in kept and _is_excluded(arcs, equation):
                 yield self.step((), (t,), net.removing_transitions([t]))
 
 
-def _is_excluded(net: MutableNet, arcs: Arcs, equation: GuardedBounds) -> bool:
+def _is_excluded(arcs: Arcs, equation: GuardedBounds) -> bool:
     # Where one token in one place is enough, only emptiness could disable, which the cheap rule sees most
     # often.
     if (len(arcs.inputs) > 1 or any(w > 1 for w in arcs.inputs.values())) and equation.excludes(arcs.inputs):

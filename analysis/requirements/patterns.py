@@ -13,7 +13,7 @@
 ==========================  ====================================================
 
 ``never``, ``always``, ``happens`` and ``leads to`` may end with ``within 0.05``, without a scope. The last
-one speaks of the time from each P to the next Q, the others of so much time from the start. Only questions
+one bounds the time from each P to the next Q, the others the time from the start. Only questions
 with times know that.
 
 Each but the last two may have a scope in front of it: ``before R:``, ``after Q:``, ``between Q and R:`` and

@@ -91,7 +91,7 @@ class Asked:
         return replace(outcome, status=other.get(outcome.status, outcome.status))
 
     def answer(self, budget: Budget, orders: OrderCache | None = None) -> Outcome:
-        """Decide the property, with whichever engine suits it; with times, if the net has them."""
+        """Decide the property with the engine that suits it; with times, if the net has them."""
         return self.verdict(self.outcome(budget, orders))
 
     def outcome(self, budget: Budget, orders: OrderCache | None = None) -> Outcome:

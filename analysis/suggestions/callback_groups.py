@@ -94,7 +94,7 @@ def suggest_callback_groups(
 
     Callbacks and clients of services and actions may get callback groups of their own, groups may become
     reentrant, and executors may get more threads; what the callbacks do stays as it is. Only a callback that
-    works on goals, and never hears of a request to cancel, may await instead.
+    works on goals, and never receives a cancel request, may await instead.
 
     Parameters
     ----------
@@ -145,7 +145,7 @@ class _ChangeSearch:
             faults = self._faults(report, is_first=not changes.cost[0])
             if not faults and not report.unknown:
                 self._found(changes, made, report)
-                self._find_others(size, [changes for (cost, *_), _, changes in queue if cost == size])
+                self._find_others([changes for (cost, *_), _, changes in queue if cost == size])
                 return
             if not faults:
                 self._open = self._open or str(report.unknown[0])
@@ -172,7 +172,7 @@ class _ChangeSearch:
             after = check(made, self._budget, questions=questions).findings
             suggestion.breaks = [each.message for each in after if each.elements not in before]
 
-    def _find_others(self, size: int, left: list[Changes]) -> None:
+    def _find_others(self, left: list[Changes]) -> None:
         """Try what is left of the same size in which callbacks await: that is another kind of change."""
         for changes in left:
             made = self._changed(changes) if changes.awaiting else None

@@ -163,7 +163,7 @@ def against_waiting(changes: Changes, resources: Iterable[Waiter]) -> Iterator[C
 
 
 def against_unheard(changes: Changes, page: sym.CallbackPage) -> Iterator[Changes]:
-    """Yield what, added to some changes, may let a server hear of requests to cancel while it works."""
+    """Yield what, added to some changes, may let a server receive cancel requests while it works."""
     node = node_net_of(page)
     if node is not None:
         yield changes.with_thread(str(node.id))

@@ -251,7 +251,7 @@ def _question(model: pn.Net, asked: dict[str, Any], budget: Budget) -> Outcome:
     subject = subject_of(model, asked["signals"], asked["overflow"])
     question = _read(subject, asked)
     start = asked["start"]
-    answer = question.decided(budget) if start == 0 else _drawn(subject, question, asked, start, budget)
+    answer = question.decided(budget) if start == 0 else _drawn(subject, asked, start, budget)
     return replace(answer, evidence=None)
 
 
@@ -269,9 +269,7 @@ def _read(subject: Subject, asked: dict[str, Any]) -> Question:
     return Branching(net, names, text)
 
 
-def _drawn(
-    subject: Subject, question: Question, asked: dict[str, Any], start: int, budget: Budget
-) -> Outcome:
+def _drawn(subject: Subject, asked: dict[str, Any], start: int, budget: Budget) -> Outcome:
     """Use diagrams whose search for a variable order begins differently."""
     from dineros.analysis.logic.language.parser import parse
     from dineros.analysis.logic.language.syntax import Enabled, Exists, Finally, Name

@@ -51,7 +51,7 @@ def check_timed_ctl(
         The net; it may have priorities.
     formula
         ``enabled(t)`` says that the tokens are there, ``deadlock`` that nothing can fire any more, however
-        long one waits. What *next* means is said above.
+        long one waits. What *next* means is defined above.
     names
         What names stand for; by default places and transitions of the net.
     budget

@@ -36,11 +36,11 @@ class NeverInTime(Question):
     asks = "which transitions never fire in time"
 
     def ask(self, checked: Checked) -> None:
-        """Look for markings that enable what never fires. What is said so is not said to be dead, too."""
+        """Look for markings that enable what never fires. Such a transition is not also reported as dead."""
         known = with_times(checked)
         explored, subject = known.explored, known.timed
         if not explored.is_complete:
-            return  # what never fires is open then, and said to be
+            return  # what never fires is undecided then, and reported so
         names = subject.net.transitions
         firing = {subject.transition_element(t) for t in explored.ways}
         found: set[str] = set()

@@ -207,7 +207,7 @@ def walk_towards(net: TimedNet, wanted: Collection[int], found: Walked, budget: 
                 break
             run = TimedRun(net)
             draw = Random(transition + number * len(net.intervals))
-            # Time hardly goes on in a hasty run if something can always fire at once, such as a signal.
+            # Time hardly passes in a hasty run if something can always fire at once, such as a signal.
             trace = _drawn(run, draw, number == 0, STEPS, budget, slow, transition)
             found.add(trace, run.is_over)
 

@@ -17,7 +17,7 @@ _FOLLOWED = (sym.CallbackKind.timer, sym.CallbackKind.subscriber)
 Origins = dict[str, float]
 """When the data of a message or run was released, by callback."""
 Seen = Callable[[str, str, float, float], None]
-"""Told of an instance: its first and its last callback, its time, and when it ended."""
+"""Receives an instance: its first and its last callback, its time, and when it ended."""
 
 
 class Following:
@@ -28,9 +28,9 @@ class Following:
     parts : Parts
         The net.
     seen : callable
-        Told of each instance, as `Seen`; of a response, first and last callback are the same.
+        Called for each instance, as `Seen`; of a response, first and last callback are the same.
     lost : callable
-        Told of each message that a history or writer loses, by place of the reader.
+        Called for each message that a history or writer loses, by place of the reader.
     """
 
     def __init__(self, parts: Parts, seen: Seen, lost: Callable[[str], None]) -> None:

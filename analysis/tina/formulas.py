@@ -1,8 +1,9 @@
 """Formulas in the language of ``selt``, which ``sift`` reads too where there are no temporal operators.
 
-Written is only what selt's manual says outright, with parentheses around every operand, a blank between
+Only what selt's manual defines is written, with parentheses around every operand, a blank between
 all symbols (``[]<>`` is one identifier there), and names qualified: ``S.{odd name}`` is a place, ``E.t`` the
-event that a transition fires, ``L.dead`` the deadlock. What has no operator there is said by its definition:
+event that a transition fires, ``L.dead`` the deadlock. An operator that is missing there is written by its
+definition:
 
 * weak until, release and ``!=`` by until and negation;
 * ``<`` and ``>`` by ``<=``, since tokens are whole numbers; a subtracted place stands on the other side;
@@ -110,7 +111,7 @@ def formula_text(net: CompiledNet, formula: Formula, atoms: BoundAtoms) -> str:
 
 
 def enabled_text(net: CompiledNet, transition: int) -> str:
-    """Return that a transition is enabled, said by the marking."""
+    """Return that a transition is enabled, as a condition on the marking."""
     needs = [f"(S.{quoted(net.places[place])} >= {weight})" for place, weight in net.pre.row(transition)]
     # Fewer tokens than the weight, which is at least one.
     bans = [
@@ -120,7 +121,7 @@ def enabled_text(net: CompiledNet, transition: int) -> str:
 
 
 def fair_text(net: CompiledNet, text: str, weak: Sequence[int], strong: Sequence[int]) -> str:
-    """Return that all fair runs satisfy a formula: fairness is said in the logic itself.
+    """Return that all fair runs satisfy a formula: fairness is part of the formula.
 
     A run is weakly fair to a transition that is again and again not enabled or fired, and strongly fair to
     one that is fired again and again if it is enabled again and again.

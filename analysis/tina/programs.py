@@ -29,7 +29,7 @@ class TinaError(DinerosError):
 
 
 class TinaAnswerError(TinaError):
-    """A program of TINA said what cannot be read, or is not so."""
+    """A program of TINA printed what cannot be read, or is wrong."""
 
     def __init__(self, message: str) -> None:
         super().__init__(message, hint="this version of TINA may not be supported; use another engine")

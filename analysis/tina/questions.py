@@ -27,7 +27,7 @@ from dineros.analysis.tina.paths import lasso, read_sequence, to_goal
 from dineros.analysis.tina.programs import TinaBudgetError, Workplace, workplace
 from dineros.analysis.tina.trial import ask, try_reachability, try_temporal
 
-#: How sift tells at which state it stopped: the manual numbers states, and leaves open how one is told.
+#: How sift prints at which state it stopped: the manual numbers states, and does not define the format.
 _STATE = re.compile(r"\bstate\s+(\d+)\b")
 
 

@@ -10,7 +10,7 @@
 * Its **causes** are the firings in the causal past of the literals and of the first cause
   (`dineros.analysis.witnesses.causal_past`).
 
-That the outcome could not be avoided any more is not said: other runs from there may go another way.
+This does not mean that the outcome is unavoidable from there: other runs may avoid it.
 """
 
 from __future__ import annotations

@@ -36,13 +36,12 @@ def print_report(
     model: Path,
     format: str,
     witnesses: bool,
-    faults: Mapping[str, Fault] | None = None,
+    faults: Mapping[str, Fault],
     command: str = "check",
 ) -> None:
     """Print findings: as ``text``, ``json``, ``sarif`` or ``junit``.
 
-    `faults` are the kinds of findings by name, if they are not those of a check; `command` is the command
-    that found them.
+    `faults` are the kinds of findings by name; `command` is the command that found them.
     """
     from dineros.analysis.model.times import left_out_times
     from dineros.analysis.witnesses.code_lines import CodeLines
@@ -57,11 +56,11 @@ def print_report(
                 shown["code"] = [str(line) for line in code]
         say_json({**found, **rules_of(net), **times_fields(left_out, False), **used})
     elif format == "sarif":
-        from dineros.analysis.checks.report_formats import to_sarif
+        from dineros.analysis.witnesses.report_formats import to_sarif
 
         say_json(to_sarif(report, net, model, faults))
     elif format == "junit":
-        from dineros.analysis.checks.report_formats import to_junit
+        from dineros.analysis.witnesses.report_formats import to_junit
 
         say_lines(to_junit(report, net, model, f"dineros {command}").decode())
     else:

@@ -129,7 +129,7 @@ def check_on_workers(
                 continue
             answers[part.questions] = answer
             told = Report()
-            for each in parts:  # in their order, whoever was first
+            for each in parts:  # in the order of the parts, not of their ends
                 if each.questions in answers:
                     add_report(told, subject, each, answers[each.questions])
             report.findings, report.unknown = told.findings, told.unknown

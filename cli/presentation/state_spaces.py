@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from dineros.cli.analysing import say_witness
-from dineros.cli.console import say, say_json
+from dineros.cli.console import say, say_json, shown_figure
 from dineros.cli.presentation.answers import say_times, times_fields
 from dineros.cli.presentation.evidence import say_confirmation
 
@@ -44,7 +44,7 @@ def say_state_space(
     asked : mapping
         The question, for JSON: the model, its variant, and whether it was ``reduced``.
     confirmed : sequence
-        What others say who counted again; empty where nobody was to.
+        The results of other engines that counted again; empty if none was asked.
     as_json : bool
         Whether to print JSON.
     """
@@ -74,25 +74,15 @@ def say_state_space(
         for name, value in figures.items():
             if value not in (None, ""):
                 of_which = " (of the reduced net)" if asked["reduced"] and name in _OF_THE_REDUCED_NET else ""
-                say(f"{name.replace('_', ' '):22} {_shown(name, value)}{of_which}")
+                say(f"{name.replace('_', ' '):22} {shown_figure(name, value)}{of_which}")
         if pumping is not None:
             say_witness(pumping)
         if rest:
             say(f"without places that no transition takes from ({', '.join(rest.pop('without'))}):")
         for name, value in rest.items():
             if value not in (None, ""):
-                say(f"  {name.replace('_', ' '):21} {_shown(name, value)}")
+                say(f"  {name.replace('_', ' '):21} {shown_figure(name, value)}")
         if times is not None:
             say_times(times, times.of_counts)
     if confirmation is not None:
         say_confirmation(confirmation, as_json)
-
-
-def _shown(name: str, value: object) -> str:
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if name == "peak_memory_bytes" and isinstance(value, int):
-        return f"{value / 2**20:,.0f} MiB"
-    if isinstance(value, float):
-        return f"{value:.2f}"
-    return f"{value:,}" if isinstance(value, int) else str(value)

@@ -202,7 +202,7 @@ class Asking:
         first, **last
             What JSON says of the question, and of the answer, besides.
         is_universal : bool
-            Whether the answer speaks of all runs, and thus of those with times.
+            Whether the answer holds for all runs, and so for those with times.
         is_shown_by_run : bool
             Whether the answer stays if the net has more runs.
         is_timed : bool

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from dineros.cli.analysing import HOLDS, UNKNOWN, load_valid
-from dineros.cli.console import say, say_json
+from dineros.cli.console import say, say_json, shown_figure
 from dineros.cli.models import rules_of
 from dineros.cli.options import Adds
 from dineros.cli.searching import search
@@ -96,7 +96,7 @@ def count_with_time(asked: TimedCount) -> int:
         else:
             for name, value in figures.items():
                 if value not in (None, ""):
-                    say(f"{name.replace('_', ' '):22} {_shown(name, value)}")
+                    say(f"{name.replace('_', ' '):22} {shown_figure(name, value)}")
         return HOLDS if space.complete else UNKNOWN
 
     def so_far(ending: str) -> int:
@@ -151,13 +151,3 @@ def _differing(space: TimedStateSpace, again: TimedStateSpace) -> list[tuple[str
         (name, *(each[name] for each in figures)) for name in ("markings", "classes", "edges", "deadlocks")
     ]
     return [each for each in pairs if None not in each and each[1] != each[2]]
-
-
-def _shown(name: str, value: object) -> str:
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if name == "peak_memory_bytes" and isinstance(value, int):
-        return f"{value / 2**20:,.0f} MiB"
-    if isinstance(value, float):
-        return f"{value:.2f}"
-    return f"{value:,}" if isinstance(value, int) else str(value)

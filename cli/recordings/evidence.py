@@ -78,7 +78,7 @@ def gathered(
     within : float
         Seconds after which a message is not consequence of another one any more.
     stage : callable
-        Is told what is read.
+        Called with what is read.
     open_files : ExitStack
         Closes the recording.
 

@@ -69,7 +69,7 @@ class Announcer:
                     start_new_session=True,  # Ctrl-C comes to us alone
                 )
         assert self._process.stdin is not None
-        with contextlib.suppress(OSError):  # where it does not run, nobody is told
+        with contextlib.suppress(OSError):  # if it does not run, nothing is announced
             self._process.stdin.write(line + "\n")
             self._process.stdin.flush()
 

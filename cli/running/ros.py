@@ -120,7 +120,7 @@ def _workspace_processes(workspace: Path) -> tuple[Commands, dict[str, str]]:
         parameters = [part for file in files if file.is_file() for part in ("--params-file", str(file))]
         commands.append((node.node, [sys.executable, "-P", "-m", node.package, "--ros-args", *parameters]))
     variables = environment(workspace)
-    # Packages that developers put beside the generated ones are found as well.
+    # Packages that developers put next to the generated ones are found as well.
     known = variables.get("PYTHONPATH", "").split(os.pathsep)
     others = [str(path) for path in sorted((workspace.resolve() / "src").iterdir()) if path.is_dir()]
     variables["PYTHONPATH"] = os.pathsep.join([*known, *(path for path in others if path not in known)])

@@ -107,7 +107,7 @@ def run_application(application: Application, options: Options, tell: Callable[[
         _check_traces(options.trace, [each.node.id for each in application.models])
     process: Ending | None = None
     with ExitStack() as stack:
-        # Whoever supervises this program ends it as Ctrl-C does.
+        # A supervisor of this program ends it as Ctrl-C does.
         stack.callback(
             signal.signal, signal.SIGTERM, signal.signal(signal.SIGTERM, signal.default_int_handler)
         )
@@ -115,7 +115,7 @@ def run_application(application: Application, options: Options, tell: Callable[[
         folder = options.trace or Path(tempfile.mkdtemp(prefix="dineros-run-"))
 
         def forget() -> None:
-            if ending != "failed":  # then people are told to look at what the node has printed
+            if ending != "failed":  # then a message names the file with the output of the node
                 shutil.rmtree(folder, ignore_errors=True)
 
         if options.trace is None:
@@ -153,7 +153,7 @@ def run_application(application: Application, options: Options, tell: Callable[[
         outcome = Outcome(application, options, ending, observer, verdict)
         tell(outcome)
     if process is not None:
-        process.leave(outcome.status)  # a handler that does not return keeps nobody
+        process.leave(outcome.status)  # a handler that does not return delays no other
     return outcome.status
 
 

@@ -108,7 +108,7 @@ class Wanted:
     monitor : Monitor or None
         Replays the records on the model when they arrive.
     options : Options
-        What was said of it.
+        The message about it.
     interrupted : threading.Event
         Set by `interrupt`, which handles signals.
     """

@@ -39,6 +39,7 @@ from dineros.metamodel.elements import (
     label,
     node_net_of,
     places,
+    ports_in,
     resolve,
     token_types,
     transitions,
@@ -266,7 +267,7 @@ _PagePort: TypeAlias = rtm.ServerPort | rtm.ActionServerPort
 def _server_pages(part: rtm.RuntimeModel) -> dict[pn.Page, _PagePort]:
     return {
         port.page: port
-        for _, port in _place_ports(part)
+        for _, port in ports_in(part)
         if isinstance(port, (rtm.ServerPort, rtm.ActionServerPort))
     }
 
@@ -286,16 +287,9 @@ def _running(node: pn.Node, servers: dict[pn.Page, _PagePort]) -> str:
     return f"{server.channel}[1].{node.id}" if server else node.id
 
 
-def _place_ports(part: rtm.RuntimeModel) -> Iterable[tuple[rtm.Place, rtm.PlacePort]]:
-    for place in places(part):
-        if isinstance(place, rtm.Place):
-            for port in place.ports:
-                yield place, port
-
-
 def _ports(part: rtm.RuntimeModel, interfaces: Interfaces) -> Iterable[Port]:
     servers = _server_pages(part)
-    for place, port in _place_ports(part):
+    for place, port in ports_in(part):
         server = _server_of(place, servers)
         carried = interfaces.type_named(type_of_place(place, part))
         kind, name, suffix, more = _about(port, part.middleware)

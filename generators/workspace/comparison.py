@@ -147,7 +147,7 @@ def _compare_developers(
             changes.append(Change(path, "removed", "it had not been edited"))
         else:
             entries[path] = entry
-            notices.append(handwritten.left_over(workspace / path, path, entry, plan))
+            notices.append(handwritten.left_over(path, entry, plan))
     return entries
 
 

@@ -89,7 +89,7 @@ def _problem(handler: developers.Handler, instances: dict[str, int], node: str) 
     return None
 
 
-def left_over(path: Path, shown: str, entry: DeveloperEntry, plan: Plan) -> Notice:
+def left_over(shown: str, entry: DeveloperEntry, plan: Plan) -> Notice:
     """Return a notice that a developer's file belongs to a removed node net, with its likely successor."""
     hint = "move the parts that you need, then remove it"
     likely = _successor(entry, plan)

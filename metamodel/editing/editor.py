@@ -12,12 +12,13 @@ from dineros.metamodel.clauses import signals_of_clause
 from dineros.metamodel.constraints.wording import describe
 from dineros.metamodel.editing import commands as c
 from dineros.metamodel.editing.changes import Change, Changing, Inserted, Valued, touched, undo
-from dineros.metamodel.editing.handles import Handles, is_within, subtree
+from dineros.metamodel.editing.handles import Handles, subtree
 from dineros.metamodel.editing.naming import default_id
 from dineros.metamodel.editing.offered import class_to_make, follows_from_text, name_of
 from dineros.metamodel.editing.removing import check_clauses, closure
 from dineros.metamodel.editing.renaming import rewritings
 from dineros.metamodel.editing.values import checked
+from dineros.metamodel.elements import is_within
 from dineros.metamodel.errors import near_matches
 from dineros.metamodel.files.schema import Kind, class_of
 

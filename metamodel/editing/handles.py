@@ -70,10 +70,3 @@ def subtree(element: EObject) -> Iterator[EObject]:
         each = stack.pop()
         yield each
         stack.extend(reversed(parts_of(each)))
-
-
-def is_within(element: EObject | None, root: EObject) -> bool:
-    """Return whether an object is another one, or part of it."""
-    while element is not None and element is not root:
-        element = element.eContainer()
-    return element is root

@@ -11,8 +11,8 @@ from dineros.metamodel.clauses import signal_names
 from dineros.metamodel.constraints.wording import describe
 from dineros.metamodel.editing.changes import Change, Inserted, Removed
 from dineros.metamodel.editing.commands import CommandError
-from dineros.metamodel.editing.handles import is_within, subtree
-from dineros.metamodel.elements import label, node_net_of
+from dineros.metamodel.editing.handles import subtree
+from dineros.metamodel.elements import is_within, label, node_net_of
 from dineros.metamodel.files.schema import Kind, class_of, values_of
 
 

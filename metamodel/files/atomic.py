@@ -1,8 +1,8 @@
 """Writing a file so that a crash at any moment leaves the old one or the new one, never a half.
 
-The new content is first written to a temporary file beside the target, `.NAME.N.dineros-tmp`, which its
-writer locks (flock(2)) until it is renamed. So one whose writer was killed is told from one that is being
-written by whether the lock can be had, and the next writer of the same file takes it away.
+The new content is first written to a temporary file next to the target, `.NAME.N.dineros-tmp`, which its
+writer locks (flock(2)) until it is renamed. A file without a lock was left by a writer that was killed; the
+next writer of the same target removes it.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ def replace_in(
             os.fchmod(file.fileno(), mode)
             if synchronise:
                 os.fsync(file.fileno())
-            # Still open, so still locked: nobody takes it for left behind.
+            # Still open, so still locked: no other writer removes it.
             os.replace(temporary, name, src_dir_fd=folder, dst_dir_fd=folder)
     except BaseException as error:  # an interrupted run leaves nothing behind either
         with contextlib.suppress(OSError):
@@ -115,7 +115,7 @@ def take_away_leftovers(folder: int) -> None:
 def _create(folder: int, name: str) -> tuple[str, int]:
     """Make and lock a temporary file; take away what a killed writer of the same file left."""
     stem = os.fsdecode(os.fsencode(name)[:100])
-    for number in itertools.count():  # another number only while somebody else writes the same file
+    for number in itertools.count():  # another number only while another process writes the same file
         temporary = f".{stem}.{number}.dineros-tmp"
         while True:
             try:

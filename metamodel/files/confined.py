@@ -1,4 +1,4 @@
-"""A folder that somebody else may have made: nothing in it leads out of it.
+"""Files in an untrusted folder: no path leads out of it.
 
 Paths in it are relative, with ``/``, and are walked folder by folder from an open descriptor without
 following a symbolic link (`openat(2)` with ``O_NOFOLLOW``), so that neither ``..`` nor a link, nor one that

@@ -1,7 +1,8 @@
 """Python programs that build models: the parameters of their function ``build`` are those of the model.
 
 A file such as ``fleet.py`` defines ``build(robots: int = 3) -> SystemModel``; ``robots=5`` is one more form
-of setting for such a model. A program runs with the rights of whoever names it, and nothing else runs one.
+of setting for such a model. A program runs with the rights of the user who names it, and nothing else runs
+one.
 """
 
 from __future__ import annotations

@@ -64,7 +64,7 @@ def open_plain(
         It is a directory, a pipe, a device or a link that is not followed, or may not be opened.
     """
     location = Location(path if shown is None else shown)
-    # Without O_NONBLOCK, opening a pipe that nobody writes to waits forever; plain files are not changed.
+    # Without O_NONBLOCK, opening a pipe without a writer waits forever; plain files are not changed.
     # O_TRUNC stays: it empties plain files only (open(2)), and O_NOFOLLOW holds before it.
     guarded = flags | os.O_CLOEXEC | os.O_NONBLOCK | os.O_NOCTTY | (0 if follow_links else os.O_NOFOLLOW)
     try:
@@ -75,7 +75,7 @@ def open_plain(
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
         if isinstance(error, OSError) and error.errno == errno.ELOOP and not follow_links:
             raise linked(location) from error
-        if isinstance(error, OSError) and error.errno == errno.ENXIO:  # a pipe to write to that nobody reads
+        if isinstance(error, OSError) and error.errno == errno.ENXIO:  # a pipe for writing without a reader
             raise ModelFileError("is not a plain file", location=location) from error
         raise _cannot(flags, location, error) from error
     try:

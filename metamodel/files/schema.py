@@ -1,4 +1,4 @@
-"""What readers and writers need to know of a model class, looked up once per class: its features in order."""
+"""The features of a model class in order, as readers and writers need them; looked up once per class."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ class ModelClass:
 
 @remembered
 def model_class(cls: type[EObject]) -> ModelClass:
-    """Return what is to know of a model class."""
+    """Return the schema of a model class."""
     features = {name: _feature(feature) for name, feature in _in_order(cls).items()}
     package = cls.eClass.ePackage
     return ModelClass(
@@ -98,7 +98,7 @@ def model_class(cls: type[EObject]) -> ModelClass:
 
 
 def class_of(element: EObject) -> ModelClass:
-    """Return what is to know of the class of a model object."""
+    """Return the schema of the class of a model object."""
     return model_class(type(element))
 
 

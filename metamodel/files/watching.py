@@ -1,8 +1,8 @@
 """Waiting until files change in a folder, instead of looking again and again.
 
-Linux tells of changes by a descriptor that can be waited for with others (inotify(7)). It tells nothing of
-what other machines write into a shared folder, and other systems have other means: so whoever waits looks
-from time to time all the same, `FolderWatch.longest` seconds apart.
+Linux reports changes by a descriptor that can be waited for with others (inotify(7)). It does not report what
+other machines write into a shared folder, and other systems have other means. So the caller also looks at the
+files every `FolderWatch.longest` seconds.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class FolderWatch:
 
     @property
     def longest(self) -> float:
-        """Seconds after which to look although nothing was told."""
+        """Seconds after which to look although no change was reported."""
         return LONGEST_BLIND if self._descriptor < 0 else LONGEST
 
     def forget(self) -> None:

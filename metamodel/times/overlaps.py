@@ -23,7 +23,7 @@ from dineros.metamodel.times.runs import is_changed_elsewhere, places_of_ports
 
 
 def runs_overlapping(page: sym.CallbackPage) -> int:
-    """Return how many runs of a callback may overlap where times count."""
+    """Return how many runs of a callback may overlap in a model with times."""
     at_once = runs_at_once(page)
     return 1 if at_once > 1 and _comes_in_time(page) and _has_threads(page) else at_once
 
@@ -75,7 +75,7 @@ def _longest(page: sym.CallbackPage) -> Fraction | None:
 
 
 def _goes_on_alone(page: sym.CallbackPage, body: Body) -> bool:
-    """Return whether a run goes on step by step, without circles, and nothing else has a part in it."""
+    """Return whether a run proceeds step by step, without circles, and nothing else takes part in it."""
     model = system_model_of(page)
     if model is None:
         return False

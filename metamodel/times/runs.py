@@ -183,7 +183,7 @@ class _Run:
         ]
 
     def put_in_turn(self) -> int | None:
-        """Return the bound of a run that several overlap: it has one token, which goes on without circles."""
+        """Return the bound of a run that several overlap: it has one token, which moves without circles."""
         if any(self.body.continues(each) > 1 for each in self.body.transitions):
             return None
         if any(self.body.continues(each) for each in self.ends):

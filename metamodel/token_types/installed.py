@@ -1,6 +1,6 @@
 """Messages of installed ROS interfaces, read from their type descriptions (REP 2011); no code of them runs.
 
-Packages put ``share/PACKAGE/msg/NAME.json`` beside ``NAME.msg`` into folders of ``AMENT_PREFIX_PATH``;
+Packages put ``share/PACKAGE/msg/NAME.json`` next to ``NAME.msg`` into folders of ``AMENT_PREFIX_PATH``;
 the wheels of ROS 2 put them into the folder of this Python.
 """
 

@@ -134,7 +134,7 @@ class Commuting:
         return tuple(needed)
 
     def _blocker(self, state: State, topic: str, waiting: Waiting) -> str | None:
-        """Return a topic past whose messages one of another cannot be drawn forward, or None."""
+        """Return a topic whose messages one of another topic cannot be moved before; None: all can."""
         known = self._blockers
         for transition, number, here in self._meetings(topic, waiting):
             if prod([count + 1 for _, count in here]) > MOST_CHOICES:
@@ -160,7 +160,7 @@ class Commuting:
         return found
 
     def _blocker_in(self, number: int, factor: int, transition: int, waiting: Waiting) -> str | None:
-        """Return a topic past whose messages a shown transition cannot be drawn forward in one part.
+        """Return a topic whose messages a shown transition cannot be moved before, in one part.
 
         It can be past one and more messages if it can be past all but the first, after that, and then past
         the first: where more is possible before a message, more is after it.

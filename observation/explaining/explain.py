@@ -203,7 +203,7 @@ def explain(
     messages : iterable of (str, int)
         Full name of the topic and time in nanoseconds of each message, in order of their times.
     progress : callable, optional
-        Told now and then how many messages were read.
+        Called from time to time with the number of messages read.
 
     Raises
     ------

@@ -120,7 +120,7 @@ class NodeRuns:
             self._put(other, run)
 
     def request(self, record: Request) -> None:
-        """A run goes on with the response to its request."""
+        """A run continues with the response to its request."""
         self._move((record.place, record.token), (f"request {record.channel}", record.message))
 
     def response(self, record: Response) -> None:

@@ -68,7 +68,7 @@ def narrowed(
     If no run shows a message, the least certain proposal of its topic is weakened from always to sometimes,
     and then withdrawn; after those, the proposals of its nodes, and then the rest.
     Open behaviour explains any recording of the system, so this ends. Where it does not, as a node has more
-    threads than anybody has said, no more is taken back than what explains as much as it does.
+    threads than given, it withdraws only what is needed to explain as many messages as possible.
 
     Parameters
     ----------

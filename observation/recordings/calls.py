@@ -170,7 +170,7 @@ class Observed:
     untaken : tuple of Untaken
         Services with responses that no client took.
     recorded : tuple of RecordedTopic
-        Its topics by their full names, and the events of services that are told of every call, by their names
+        Its topics by their full names, and the events of services that publish every call, by their names
         (`event_name`).
 
     Raises

@@ -99,7 +99,7 @@ class Recording:
         In order of their names. The offers of publishers come from the files, or from ``metadata.yaml`` if
         the files have none.
     services : tuple of RecordedService
-        Services that told of their calls on some of these topics (service introspection).
+        Services that published their calls on some of these topics (service introspection).
     left_out : tuple of str
         Topics that cannot be read, each with its reason; their messages are left out.
     count : int

@@ -149,6 +149,9 @@ class _Child:
             self.sign = -1
 
 
+_USUAL = RestartPolicy()
+
+
 class Supervisor:
     """Runs the processes of an application; a context manager, so that no process is left.
 
@@ -165,7 +168,7 @@ class Supervisor:
     def __init__(
         self,
         plans: Sequence[ProcessPlan],
-        policy: RestartPolicy = RestartPolicy(),
+        policy: RestartPolicy = _USUAL,
         on_event: Callable[[ProcessEvent], None] = lambda event: None,
     ) -> None:
         self._children = [_Child(plan) for plan in plans]

@@ -46,7 +46,7 @@ class MqttSignals:
     tls : Tls, optional
         Use TLS. ``Tls()`` trusts the authorities that the system trusts.
     version : {"5", "3.1.1"}
-        The protocol. With 3.1.1 the broker cannot be told a maximum size: a larger message is read, then
+        The protocol. With 3.1.1 the client cannot announce a maximum size: a larger message is read, then
         refused.
 
     Raises

@@ -324,7 +324,7 @@ class ActionClient:
         if like is not None and engine.structure.types[like] is not engine.structure.types[place]:
             data = {}
         made = self._traffic.arriving(self.port.action, place, data)
-        return made or engine.new_token(engine.checkers[place].default)
+        return made or engine.new_token(engine.passing.checkers[place].default)
 
     def _put(self, event: str, goal: str, place: int | None, token: Token | None, **more: object) -> None:
         if place is None or token is None:

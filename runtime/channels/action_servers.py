@@ -161,7 +161,7 @@ class ActionServer:
 
     def _is_wanted(self, goal: Message) -> bool:
         try:
-            data = self._traffic.engine.checkers[self.slots[0].entry].complete(goal.data)
+            data = self._traffic.engine.passing.checkers[self.slots[0].entry].complete(goal.data)
         except FeatureValueError:
             return True  # it is refused and recorded later, when its token would be made
         return self._accepts(data)
@@ -215,7 +215,7 @@ class ActionServer:
         assert slot.goal is not None
         types = engine.structure.types
         is_alike = types[place] is types[slot.entry]
-        token = engine.new_token(slot.goal.data if is_alike else engine.checkers[place].default)
+        token = engine.new_token(slot.goal.data if is_alike else engine.passing.checkers[place].default)
         engine.put(place, token)
         self._let_cancel(slot)
         self._emit("canceling", slot, engine.structure.places[place], token.id, 1, data=token.data)

@@ -152,7 +152,7 @@ class Traffic:
         """Return the token of received data for a place; None: the data is refused by its type."""
         engine = self.engine
         try:
-            return engine.new_token(engine.checkers[place].complete(data))
+            return engine.new_token(engine.passing.checkers[place].complete(data))
         except FeatureValueError as error:
             self.refuse(name, name, DinerosError(f"it does not fit the token type: {error}"))
             return None

@@ -6,7 +6,8 @@ from random import Random
 
 from dineros.runtime.firing.selection import Candidates, Enabled, SelectionFunction, chosen_tokens
 from dineros.runtime.firing.timing import Timing
-from dineros.runtime.nets.engine import Engine, Tokens
+from dineros.runtime.nets.engine import Engine
+from dineros.runtime.nets.passing import Tokens
 from dineros.runtime.scheduling.watchdog import Watchdog
 
 

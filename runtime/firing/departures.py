@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from dineros.runtime.nets.engine import Tokens
+from dineros.runtime.nets.passing import Tokens
 from dineros.runtime.nets.ports import Check
 from dineros.runtime.nets.structure import Structure
 

@@ -28,7 +28,8 @@ from dineros.runtime.firing.results import checked_result, missing_data
 from dineros.runtime.firing.selection import named_copies
 from dineros.runtime.firing.timing import Timing
 from dineros.runtime.journal.kept import Json, Memory
-from dineros.runtime.nets.engine import Engine, Tokens
+from dineros.runtime.nets.engine import Engine
+from dineros.runtime.nets.passing import Tokens
 from dineros.runtime.nets.tokens import copy_data
 from dineros.runtime.scheduling.loop import Loop
 from dineros.runtime.scheduling.watchdog import GivenUpError
@@ -166,7 +167,7 @@ class Execution:
         if self.timing:
             self.timing.began(transition)
         handlers = self.handlers.of(transition)
-        data = engine.passed_on(transition, taken)
+        data = engine.passing.passed_on(transition, taken)
         if not handlers:
             made = engine.made(transition, taken, data)
             if (error := self.departures.refused(made)) is not None:
@@ -390,7 +391,7 @@ class Execution:
         if isinstance(policy, Retry) and attempt >= policy.attempts:
             policy = policy.then
         if isinstance(policy, Aside) and not taken:
-            policy = Halt()  # there are no tokens to put aside
+            policy = Halt()  # no tokens to put aside
         text = shown(error)
         failed = f"the handler {name}" if handler is not None else "the firing"
         LOG.error("%s: %s failed; policy: %s", id, failed, policy.name, exc_info=error)

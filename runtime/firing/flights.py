@@ -10,7 +10,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
 from dineros.runtime.firing.handlers import Firing, Handler
-from dineros.runtime.nets.engine import Engine, Tokens
+from dineros.runtime.nets.engine import Engine
+from dineros.runtime.nets.passing import Tokens
 from dineros.runtime.nets.ports import Data
 from dineros.runtime.scheduling.timers import IDLE, Timer
 

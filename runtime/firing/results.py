@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 from dineros.metamodel.errors import DinerosError, near_matches
 from dineros.runtime.firing.flights import Flight
 from dineros.runtime.firing.handlers import Given
-from dineros.runtime.nets.engine import Engine, Tokens
+from dineros.runtime.nets.engine import Engine
+from dineros.runtime.nets.passing import Tokens
 from dineros.runtime.nets.ports import Data
 
 GivenData = dict[int, list[Data]]
@@ -35,7 +36,7 @@ def checked_result(engine: Engine, flight: Flight, result: object) -> tuple[Data
         assigns.
     """
     transition, taken = flight.transition, flight.taken
-    checker = engine.result_checker(transition)
+    checker = engine.passing.result_checker(transition)
     data = checker.complete(flight.firing.data, flight.data)
     if result is None:
         return _as_assigned(engine, flight, data, flight.given)
@@ -55,10 +56,10 @@ def _as_assigned(
     """Refuse data that differs from the assigned values; data that the handlers got counts as unchanged."""
     transition = flight.transition
     assigns = engine.structure.decisions[transition].assigns
-    shown = engine.passed_on(transition, flight.taken) if assigns else data
+    shown = engine.passing.passed_on(transition, flight.taken) if assigns else data
     for place, _ in assigns:
-        if engine.is_result(transition, place) and (given is None or place not in given):
-            assigned = engine.assigned(transition, flight.taken, place)
+        if engine.passing.is_result(transition, place) and (given is None or place not in given):
+            assigned = engine.passing.assigned(transition, flight.taken, place)
             changed = {name: data[name] for name in assigned if data[name] != shown[name]}
             _require_assigned(engine, place, changed, assigned)
     return data, given
@@ -79,7 +80,7 @@ def _require_assigned(
 def missing_data(engine: Engine, transition: int, given: GivenData | None) -> WrongReturnError | None:
     """Return an error if handlers gave no data to a place whose token type only they can make."""
     structure = engine.structure
-    for place in engine.demands[transition]:
+    for place in engine.passing.demands[transition]:
         if given is None or place not in given:
             name = structure.place_names[place]
             return WrongReturnError(
@@ -106,9 +107,10 @@ def _given(engine: Engine, transition: int, taken: Tokens, result: Given, data: 
         if len(several) != weight:
             raise WrongReturnError(f"gives {len(several)} tokens to {name!r}, whose arc has weight {weight}")
         bases = [token.data for token in own.get(place, ())][:weight]
-        fits = engine.is_result(transition, place)
-        bases += [data if fits else engine.data_for(transition, taken, place)] * (weight - len(bases))
-        complete, assigned = engine.checkers[place].complete, engine.assigned(transition, taken, place)
+        fits = engine.passing.is_result(transition, place)
+        bases += [data if fits else engine.passing.data_for(transition, taken, place)] * (weight - len(bases))
+        complete = engine.passing.checkers[place].complete
+        assigned = engine.passing.assigned(transition, taken, place)
         given[place] = [
             complete(each, {**base, **assigned} if assigned else base)
             for each, base in zip(several, bases, strict=True)

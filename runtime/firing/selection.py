@@ -15,7 +15,8 @@ from types import MappingProxyType
 from typing import overload
 
 from dineros.metamodel.errors import DinerosError, near_matches
-from dineros.runtime.nets.engine import Engine, Tokens
+from dineros.runtime.nets.engine import Engine
+from dineros.runtime.nets.passing import Tokens
 from dineros.runtime.nets.tokens import Token, copy_data
 
 

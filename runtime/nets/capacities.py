@@ -14,7 +14,7 @@ from collections.abc import Sequence
 
 from dineros.metamodel import pn, rtm, sym
 from dineros.metamodel.calls import UNLIMITED
-from dineros.runtime.nets.port_reading import ports_in
+from dineros.metamodel.elements import ports_in
 
 Arcs = tuple[tuple[int, int], ...]
 """Pairs of a place's index and a weight, in arc order; each place occurs once."""

@@ -34,7 +34,7 @@ class Enabling:
     room : list of int or None
         For each place, how many more tokens it may hold, without reserved room; None: any number.
     opened : list of int
-        Places that had no room and got some, to be looked at and cleared by whoever waits for that.
+        Places that had no room and got some; the component that waits for room reads and clears it.
     signals : list of bool or str
         Values of the signals.
     broken : set of int or None

@@ -17,16 +17,13 @@ from dineros.metamodel.clauses import SignalSetting
 from dineros.metamodel.guards.conditions import Condition
 from dineros.metamodel.guards.deciding import fulfils
 from dineros.metamodel.token_data import Value
-from dineros.metamodel.token_types.passing import passing
 from dineros.runtime.nets.enabling import Enabling
 from dineros.runtime.nets.kinds import Kinds
+from dineros.runtime.nets.passing import Passing, Tokens
 from dineros.runtime.nets.ports import Data
 from dineros.runtime.nets.structure import Structure
-from dineros.runtime.nets.tokens import Token, TokenChecker
+from dineros.runtime.nets.tokens import Token
 from dineros.runtime.nets.weights import Weights
-
-Tokens = list[tuple[int, list[Token]]]
-"""Tokens by place, in arc order."""
 
 
 def _always(transition: int) -> bool:
@@ -49,10 +46,8 @@ class Engine:
 
     Attributes
     ----------
-    checkers : tuple of TokenChecker
-        For each place, the checker of its token data.
-    demands : tuple of tuple of int
-        For each transition, the places for which its handlers must give data.
+    passing : Passing
+        Which data a firing passes on.
     ready : list of int
         Transitions that can fire now with free tokens, ignoring priorities. Read-only for callers.
     due : list of int
@@ -70,9 +65,7 @@ class Engine:
         next_token: int = 1,
     ) -> None:
         self.structure = structure
-        checkers = {id(type_): TokenChecker(type_) for type_ in {id(t): t for t in structure.types}.values()}
-        self.checkers = tuple(checkers[id(type_)] for type_ in structure.types)
-        self._free = TokenChecker(structure.ports.token_type)
+        self.passing = Passing(structure, self.would_read)
         self.next_token = next_token
         if marking is None:
             marking = [[self.new_token(data) for data in initial] for initial in structure.initial]
@@ -90,7 +83,6 @@ class Engine:
         self._asks: tuple[dict[int, Condition], ...] = tuple(
             dict((*decision.takes, *decision.reads)) for decision in structure.decisions
         )
-        self._assigns = tuple(dict(decision.assigns) for decision in structure.decisions)
         self.weights = Weights(structure, self._enabling, self._tokens)
         self._weighed = self.weights.places
         for place in self._weighed:
@@ -101,13 +93,9 @@ class Engine:
         self.opened.clear()
         self._reserved: dict[int, int] = {}  # token -> place
         self._aside: dict[int, dict[int, set[int]]] = {}  # transition -> place -> tokens
-        self._loops = tuple(
-            frozenset(place for place, _ in inputs) & frozenset(place for place, _ in outputs)
-            for inputs, outputs in zip(structure.inputs, structure.outputs, strict=True)
-        )
         # A pipe takes one token and passes its data on: the most frequent kind of transition, with the
-        # fastest
-        # code. No guard depends on its data, neither its own nor that of a transition that takes its token.
+        # fastest code. No guard depends on its data, neither its own nor that of a transition that takes its
+        # token.
         self._pipes = tuple(
             (inputs[0][0], tuple(place for place, _ in outputs))
             if len(inputs) == 1
@@ -118,18 +106,10 @@ class Engine:
             and self._asked.isdisjoint(place for place, _ in (*inputs, *outputs))
             else None
             for inputs, outputs, loops, assigns in zip(
-                structure.inputs, structure.outputs, self._loops, self._assigns, strict=True
+                structure.inputs, structure.outputs, self.passing.loops, self.passing.assigns, strict=True
             )
         )
         self.prioritised = any(structure.superiors)
-        passed = [
-            passing(inputs, outputs, [place for place, _ in reads], structure.types.__getitem__)
-            for inputs, outputs, reads in zip(
-                structure.inputs, structure.outputs, structure.reads, strict=True
-            )
-        ]
-        self._results = tuple(each.result for each in passed)
-        self.demands = tuple(each.demanded for each in passed)
 
     # Reading the state.
 
@@ -240,64 +220,6 @@ class Engine:
             for place, need in self.structure.reads[transition]
         ]
 
-    def result_checker(self, transition: int) -> TokenChecker:
-        """Return the checker of the data that is passed on."""
-        place = self._results[transition]
-        return self._free if place is None else self.checkers[place]
-
-    def passed_on(self, transition: int, taken: Tokens) -> Data:
-        """Return the data passed on: the first taken token's, in arc order, with the assigned values.
-
-        Tokens of loops are used only if there are no others, and tokens of read arcs only after those. Data
-        is not merged: data on a control token must not get into other tokens. If the transition puts tokens
-        of other types than it takes, see `dineros.metamodel.token_types.passing`.
-        """
-        place = self._results[transition]
-        if place is None:
-            return self._free.default
-        data, assigns = self.data_for(transition, taken, place), self._assigns[transition]
-        if not assigns:
-            return data
-        outputs = [each for each, _ in self.structure.outputs[transition] if self.is_result(transition, each)]
-        assigned = [self.assigned(transition, taken, each) for each in outputs]
-        same = {
-            name: value
-            for name, value in (assigned[0] if assigned else {}).items()
-            if all(each.get(name) == value for each in assigned)
-        }
-        return self.checkers[place].complete(same, data)
-
-    def assigned(self, transition: int, taken: Tokens, place: int) -> dict[str, Value]:
-        """Return the values that a transition assigns to the fields of tokens that it puts on a place."""
-        given = self._assigns[transition].get(place, ())
-        if not given:
-            return {}
-        seen = dict((*self.would_read(transition), *taken))
-        return {
-            name: seen[value[0]][0].data[value[1]] if isinstance(value, tuple) else value
-            for name, value in given
-        }
-
-    def data_for(self, transition: int, taken: Tokens, place: int) -> Data:
-        """Return the data for a place from the taken tokens: that of the first token of its type.
-
-        If there is none, return the defaults of the type.
-        """
-        loops, types = self._loops[transition], self.structure.types
-        wanted = types[place]
-        for source, tokens in taken:
-            if source not in loops and types[source] is wanted:
-                return tokens[0].data
-        for source, tokens in (*taken, *self.would_read(transition)):
-            if types[source] is wanted:
-                return tokens[0].data
-        return self.checkers[place].default
-
-    def is_result(self, transition: int, place: int) -> bool:
-        """Return whether the data that is passed on has the type of a place."""
-        result, types = self._results[transition], self.structure.types
-        return result is not None and types[place] is types[result]
-
     # Firing.
 
     def fire(self, transition: int) -> None:
@@ -321,7 +243,7 @@ class Engine:
             self.next_token = number
             return
         taken = self.would_take(transition)
-        self.commit(taken, self.made(transition, taken, self.passed_on(transition, taken)))
+        self.commit(taken, self.made(transition, taken, self.passing.passed_on(transition, taken)))
 
     def made(
         self, transition: int, taken: Tokens, data: Data, given: Mapping[int, Sequence[Data]] | None = None
@@ -343,17 +265,17 @@ class Engine:
             For each output place, as many tokens as its arc's weight. A token of a loop is put back
             unchanged, except for assigned fields.
         """
-        own = dict(taken) if self._loops[transition] else {}
+        own = dict(taken) if self.passing.loops[transition] else {}
         made: Tokens = []
         for place, weight in self.structure.outputs[transition]:
             if given is not None and place in given:
                 tokens = [self.new_token(each) for each in given[place]]
             else:
                 tokens = own.get(place, [])[:weight]
-                fits = self.is_result(transition, place)
-                each = data if fits else self.data_for(transition, taken, place)
+                fits = self.passing.is_result(transition, place)
+                each = data if fits else self.passing.data_for(transition, taken, place)
                 tokens += [self.new_token(each) for _ in range(weight - len(tokens))]
-            if assigned := self.assigned(transition, taken, place):
+            if assigned := self.passing.assigned(transition, taken, place):
                 tokens = [self._with(token, place, assigned) for token in tokens]
             made.append((place, tokens))
         return made
@@ -362,7 +284,7 @@ class Engine:
         """Return a token with assigned values; the token itself, if it has these values."""
         if all(token.data[name] == value for name, value in assigned.items()):
             return token
-        return self.new_token(self.checkers[place].complete(assigned, token.data))
+        return self.new_token(self.passing.checkers[place].complete(assigned, token.data))
 
     def commit(self, taken: Tokens, made: Tokens) -> None:
         """Take free tokens and put others in one step."""

@@ -9,7 +9,7 @@ from dineros.metamodel import pn, rtm, sym
 from dineros.metamodel.callbacks.bodies import Body, calls_of, timers_of
 from dineros.metamodel.calls import UNLIMITED, copy_id
 from dineros.metamodel.clauses import start_value, value_names
-from dineros.metamodel.elements import label, pages, places
+from dineros.metamodel.elements import label, pages, ports_in
 from dineros.metamodel.lifecycles.start_order import start_steps
 from dineros.metamodel.matching import Quality, plain
 from dineros.metamodel.token_data import TokenType
@@ -20,14 +20,6 @@ PagePort = rtm.ServerPort | rtm.ActionServerPort
 """A port whose page is copied for each server instance, or for each slot."""
 MOST_UNDER_WAY = 1000
 """Bound of the requests under way of a client without a limit of its own."""
-
-
-def ports_in(model: rtm.RuntimeModel) -> Iterator[tuple[rtm.Place, rtm.PlacePort]]:
-    """Yield the places with ports, and each port with it."""
-    for place in places(model):
-        if isinstance(place, rtm.Place):
-            for port in place.ports:
-                yield place, port
 
 
 def served_pages(model: rtm.RuntimeModel) -> dict[pn.Page, PagePort]:

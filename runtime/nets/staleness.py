@@ -37,7 +37,7 @@ class Expectation:
         After so long the signal is stale.
     then : {"keep", "stop"}, bool or str
         ``"keep"``: it keeps its value; ``"stop"``: the net fires nothing more until `Net.proceed`; True,
-        False or the name of a value: it gets this value. Whichever it is, it is logged, recorded and shown by
+        False or the name of a value: it gets this value. In each case, this is logged, recorded and shown by
         `Net.inspect`.
 
     Raises

@@ -14,7 +14,7 @@ from dineros.metamodel import pn, rtm, sym
 from dineros.metamodel.callbacks.bodies import Body, calls_of, timers_of
 from dineros.metamodel.calls import copy_id
 from dineros.metamodel.clauses import SignalSetting, start_value
-from dineros.metamodel.elements import label, resolve
+from dineros.metamodel.elements import fresh_id, label, resolve
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.guards.conditions import Condition
 from dineros.metamodel.limits import exceeds
@@ -259,7 +259,7 @@ class _Reading:
         if instance is None:
             id, number = node.id, 0
         else:
-            id, number = _fresh(instance.id_of(node), taken), instance.number
+            id, number = fresh_id(instance.id_of(node), taken), instance.number
             self.prototypes[node] = instance.page
         table, ids = (
             (self.places, self.place_ids)
@@ -370,16 +370,6 @@ def _size(value: Value) -> int:
 
 def _tuples(tables: list[dict[int, int]]) -> tuple[Arcs, ...]:
     return tuple(tuple(table.items()) for table in tables)
-
-
-def _fresh(id: str, taken: set[str]) -> str:
-    """Return an unused id, formed in the same way as in the flattened net."""
-    fresh, number = id, 1
-    while fresh in taken:
-        number += 1
-        fresh = f"{id}~{number}"
-    taken.add(fresh)
-    return fresh
 
 
 def _clause(transition: pn.Node, signals: dict[sym.InputSignal, int]) -> Clause:

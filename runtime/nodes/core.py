@@ -206,7 +206,7 @@ class Core:
     # State.
 
     def set_signals(self, values: Mapping[int, SignalSetting], source: str, *, is_heard: bool = True) -> None:
-        """Set signals at once: whoever is told of the first one sees all; on the node's thread."""
+        """Set signals at once: a listener of the first one sees all; on the node's thread."""
         changed = [number for number, value in values.items() if self.engine.set_signal(number, value)]
         if is_heard:
             now = self.loop.clock()
@@ -306,7 +306,9 @@ class Core:
             place = names.place(id)
             for number, data in tokens:
                 try:
-                    marking[place].append(Token(int(str(number)), self.engine.checkers[place].complete(data)))
+                    marking[place].append(
+                        Token(int(str(number)), self.engine.passing.checkers[place].complete(data))
+                    )
                 except FeatureValueError as error:
                     raise DinerosError(
                         f"token {number} on {id!r} does not fit the model: {error}",

@@ -8,7 +8,8 @@ from types import MappingProxyType
 from typing import Any
 
 from dineros.runtime.firing.flights import Flight
-from dineros.runtime.nets.engine import Engine, Tokens
+from dineros.runtime.nets.engine import Engine
+from dineros.runtime.nets.passing import Tokens
 from dineros.runtime.nets.sources import SourceState
 from dineros.runtime.nets.tokens import Token, copy_data
 from dineros.runtime.nodes.core import Core

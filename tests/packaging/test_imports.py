@@ -31,6 +31,7 @@ ROOMS = {
 
 FOLDERS = {
     "metamodel": [
+        "dataclass",
         "errors",
         "json_text",
         "limits",

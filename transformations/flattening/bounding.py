@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dineros.metamodel import pn, pnm
-from dineros.metamodel.elements import arcs, elements, places, resolve
+from dineros.metamodel.elements import arcs, elements, fresh_id, places, resolve
 
 
 def bounded(net: pn.Net) -> pn.Net:
@@ -22,13 +22,13 @@ def bounded(net: pn.Net) -> pn.Net:
     working, _ = deep_copy(net)
     assert isinstance(working, pn.Net)
     taken = {element.id for element in elements(working) if element.id}
-    sheet = pnm.Sheet(id=fresh("free room", taken))
+    sheet = pnm.Sheet(id=fresh_id("free room", taken))
     working.pages.append(sheet)
     join(working, pn.ReferenceTransition)
     join(working, pn.ReferencePlace)
     Engine(working).run(rule for rule in rules_of("none", "weighted") if rule.phase >= Phase.bounds)
     for made in (*sheet.objects, *sheet.arcs):
-        made.id = fresh(made.id, taken)
+        made.id = fresh_id(made.id, taken)
     for place in places(working):
         place.capacity = None
     return working
@@ -41,13 +41,3 @@ def join(net: pn.Net, kind: type[pn.Node]) -> None:
             arc.source = resolve(arc.source)
         if isinstance(arc.target, kind):
             arc.target = resolve(arc.target)
-
-
-def fresh(id: str, taken: set[str]) -> str:
-    """Return an unused id; the second ``a-b`` becomes ``a-b~2``."""
-    found, number = id, 1
-    while found in taken:
-        number += 1
-        found = f"{id}~{number}"
-    taken.add(found)
-    return found

@@ -9,10 +9,9 @@ from itertools import product
 from typing import NamedTuple
 
 from dineros.metamodel import pn, pnm
-from dineros.metamodel.elements import elements
+from dineros.metamodel.elements import elements, fresh_id
 from dineros.metamodel.guards.colours import Colour, Moves, Palette, Step, Variant
 from dineros.metamodel.times.intervals import copied_interval
-from dineros.transformations.flattening.bounding import fresh
 from dineros.transformations.flattening.rings import Ring, Touch
 from dineros.transformations.flattening.traces import Link
 
@@ -102,7 +101,7 @@ class ColouredNet:
 
         def make(part: str, tokens: int) -> pn.Place:
             made = pn.Place(
-                id=fresh(f"{place.id}[{_joined(part)}]", self._taken), tokens=tokens, page=self._page
+                id=fresh_id(f"{place.id}[{_joined(part)}]", self._taken), tokens=tokens, page=self._page
             )
             self._link(made, "colour", place)
             return made
@@ -134,7 +133,7 @@ class ColouredNet:
                 self._join(each, touch)
             if len(placed) > 1:
                 values = self._text(way, variant, self._links[transition].maker is not None)
-                each.id = fresh(f"{own_id}[{_joined(values)}]", self._taken)
+                each.id = fresh_id(f"{own_id}[{_joined(values)}]", self._taken)
                 self._links[each] = replace(self._links[each], values=values)
         return made
 
@@ -181,7 +180,7 @@ class ColouredNet:
         """Add an arc between a transition and the place of a colour."""
         kind, place, weight = touch
         source, target = (transition, place) if kind == "puts" else (place, transition)
-        id = fresh(f"{source.id}-{target.id}", self._taken)
+        id = fresh_id(f"{source.id}-{target.id}", self._taken)
         arc = pn.Arc(id=id, weight=weight, kind="read" if kind == "reads" else "normal")
         arc.source, arc.target, arc.page = source, target, self._page
         self._link(arc, "arc", place)
@@ -194,12 +193,14 @@ class ColouredNet:
 
     def _copy(self, transition: pn.Transition) -> pn.Transition:
         link = self._links[transition]
-        id, interval = fresh(transition.id, self._taken), copied_interval(transition.interval)
+        id, interval = fresh_id(transition.id, self._taken), copied_interval(transition.interval)
         made = pn.Transition(id=id, name=transition.name, interval=interval, page=self._page)
         made.overrides.extend(transition.overrides)
         self._links[made] = replace(link, target=made)
         for arc in self._arcs_of[transition]:
-            joint = pn.Arc(id=fresh(arc.id, self._taken), weight=arc.weight, kind=arc.kind, page=self._page)
+            joint = pn.Arc(
+                id=fresh_id(arc.id, self._taken), weight=arc.weight, kind=arc.kind, page=self._page
+            )
             joint.source = made if arc.source is transition else arc.source
             joint.target = made if arc.target is transition else arc.target
             self._links[joint] = replace(self._links[arc], target=joint)

@@ -9,12 +9,12 @@ from dineros.metamodel import pn, pnm, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.callbacks.waiting import free_slots, goal_counts, outstanding_counts
 from dineros.metamodel.calls import Served, actions, callers_first, server_pages, services, serving
-from dineros.metamodel.elements import arcs, nodes, resolve, transitions
+from dineros.metamodel.elements import arcs, fresh_id, nodes, resolve, transitions
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.files.reading import collector_paused
 from dineros.metamodel.guards.using import guarded
 from dineros.metamodel.times.intervals import copied_interval
-from dineros.transformations.flattening.bounding import fresh, join
+from dineros.transformations.flattening.bounding import join
 from dineros.transformations.flattening.certificate import add_certificate, check_certificate
 from dineros.transformations.flattening.guards import unfold_guards
 from dineros.transformations.flattening.traces import Link, Trace
@@ -221,10 +221,10 @@ def _plain_net(
     """
     taken = {net.id}
     taken.update(element.id for element in (*nodes(working), *arcs(working)) if element in kept)
-    page = pn.Page(id=fresh("net", taken), net=net)
+    page = pn.Page(id=fresh_id("net", taken), net=net)
 
     def id_of(element: pn.Element) -> str:
-        return element.id if element in kept else fresh(element.id, taken)
+        return element.id if element in kept else fresh_id(element.id, taken)
 
     made: dict[EObject, pn.Element] = {}
     for node in nodes(working):

@@ -75,15 +75,14 @@ class Rule(Maker, metaclass=RuleType):
         if "rhs" not in names:
             cls.rhs = [*cls.lhs, *_made(names)]
         _require_lists(cls)
-        _name(cls, names)
-        _bind(cls, names)
-        cls.created = {
-            role: element for role, element in _roles(names).items() if _contains(cls.rhs, element)
-        }
+        roles = _roles(names)
+        _name(cls, names, roles)
+        _bind(cls, names, roles)
+        cls.created = {role: element for role, element in roles.items() if _contains(cls.rhs, element)}
         cls.for_all = [item for item in cls.rhs if isinstance(item, ForAll)]
         cls.deleted = [node for node in cls.lhs if isinstance(node, Node) and not _contains(cls.rhs, node)]
         cls.context = []
-        _check(cls, names)
+        _check(cls, roles)
 
 
 def _matched(cls: type[Rule], names: dict[str, Any]) -> Iterator[Variable]:
@@ -162,7 +161,7 @@ def _roles(names: dict[str, Any]) -> dict[str, New | Copy]:
     return roles
 
 
-def _name(cls: type[Rule], names: dict[str, Any]) -> None:
+def _name(cls: type[Rule], names: dict[str, Any], roles: dict[str, New | Copy]) -> None:
     for name, value in names.items():
         if isinstance(value, Fragment):
             value.symbol, value.rule = name, cls
@@ -173,7 +172,7 @@ def _name(cls: type[Rule], names: dict[str, Any]) -> None:
                 )
         elif isinstance(value, Variable) and not value.symbol:
             value.symbol = name
-    for role, element in _roles(names).items():
+    for role, element in roles.items():
         if element.rule not in (None, cls):
             raise RuleError(
                 f"{cls.__name__}.{role} belongs to {element.rule.__name__}",
@@ -183,8 +182,8 @@ def _name(cls: type[Rule], names: dict[str, Any]) -> None:
         element.symbol, element.rule = role, cls
 
 
-def _texts(cls: type[Rule], names: dict[str, Any]) -> Iterator[Text]:
-    elements: list[New | Copy] = list(_roles(names).values())
+def _texts(cls: type[Rule], roles: dict[str, New | Copy]) -> Iterator[Text]:
+    elements: list[New | Copy] = list(roles.values())
     for item in cls.rhs:
         if isinstance(item, ForAll):
             elements.extend(item.created())
@@ -195,16 +194,16 @@ def _texts(cls: type[Rule], names: dict[str, Any]) -> Iterator[Text]:
             yield from (value for value in element.features.values() if isinstance(value, Text))
 
 
-def _bind(cls: type[Rule], names: dict[str, Any]) -> None:
+def _bind(cls: type[Rule], names: dict[str, Any], roles: dict[str, New | Copy]) -> None:
     visible = {name: value for name, value in names.items() if isinstance(value, Expression)}
     for item in cls.rhs:
         if isinstance(item, ForAll):
             visible |= {node.symbol: node for node in item.nodes if node.symbol}
-    for text in _texts(cls, names):
+    for text in _texts(cls, roles):
         text.bind(visible)
 
 
-def _check(cls: type[Rule], names: dict[str, Any]) -> None:
+def _check(cls: type[Rule], roles: dict[str, New | Copy]) -> None:
     """Refuse errors that would otherwise occur only when the rule is applied."""
     bound: set[Variable] = set()
     bound.update(cls.lhs)
@@ -229,7 +228,7 @@ def _check(cls: type[Rule], names: dict[str, Any]) -> None:
         elif not _contains(cls.lhs, item):
             raise RuleError(f"{cls.__name__}: {item} is not on the left-hand side", location=item.location)
     repeated = [element for item in cls.for_all for element in item.created()]
-    for role, element in _roles(names).items():
+    for role, element in roles.items():
         if not _contains(cls.rhs, element) and not _contains(repeated, element):
             raise RuleError(
                 f"{cls.__name__}: {role} is not on the right-hand side", location=element.location

@@ -227,7 +227,7 @@ class E4(StandardRule, phase=Phase.endings, middleware="ros2"):
 
 
 class E4Reply(StandardRule, phase=Phase.endings, middleware="ros2"):
-    """A server's callback ends with its response, be it to nobody."""
+    """A server's callback ends with its response, even if no client waits for it."""
 
     server = InstanceCallback()
     answering = Made(Answering, of=[server.service, server.instance])

@@ -162,7 +162,7 @@ class ReaderRoom(Bound):
 
 
 class R3Room(StandardRule, phase=Phase.publications, middleware="ros2", times=False):
-    """One message at a time arrives; where times count, none waits there."""
+    """One message at a time arrives; with times, none waits there."""
 
     channel = Node(sym.TopicChannel)
     reader = Node(sym.SubscriberPort, channel=channel)

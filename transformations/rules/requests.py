@@ -372,7 +372,7 @@ class R7(StandardRule, phase=Phase.services, middleware="ros2"):
 
 
 class R7Instance(StandardRule, phase=Phase.services, middleware="ros2"):
-    """A client with a time-out gives up while an instance works for it, which continues for nobody."""
+    """A client with a time-out gives up while an instance works for it; the instance continues."""
 
     service = Node(sym.ServiceChannel)
     client = Node(sym.ClientPort, channel=service)

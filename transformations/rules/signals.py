@@ -252,7 +252,7 @@ class I1(StandardRule, phase=Phase.signals, signals=ENABLED):
 
 
 class I2(StandardRule, phase=Phase.signals, signals=ENABLED):
-    """A plain literal counts while its signal is true, whichever transitions change the signal."""
+    """A plain literal counts while its signal is true; any transition may change the signal."""
 
     literal = Node(sym.Literal, negated=False)
     disjunction = Node(sym.Disjunction, of=literal.disjunction)

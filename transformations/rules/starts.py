@@ -41,7 +41,7 @@ class C1Start(StandardRule, phase=Phase.beginnings, middleware="ros2", times=Fal
 
 
 class C1StartEngine(StandardRule, phase=Phase.beginnings, middleware="ros2", times=True):
-    """So it does, where times count, in a node that runs an engine."""
+    """So it does, with times, in a node that runs an engine."""
 
     page = Node(sym.CallbackPage, kind="timer")
     move = Node(pn.Transition, of=Beginnings(page))

@@ -11,9 +11,10 @@ from dineros.metamodel.constraints import Violation
 from dineros.metamodel.constraints.wording import describe
 from dineros.metamodel.editing import Document
 from dineros.metamodel.editing.commands import encode_command
-from dineros.metamodel.editing.handles import is_within, subtree
+from dineros.metamodel.editing.handles import subtree
 from dineros.metamodel.editing.mending import mend
 from dineros.metamodel.editing.offered import follows_from_text, name_of
+from dineros.metamodel.elements import is_within
 from dineros.metamodel.files.schema import Feature, Kind, class_of
 
 MOST_MARKS = 500

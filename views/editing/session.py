@@ -1,7 +1,7 @@
 """The messages between pages and a document, as JSON texts; without any network.
 
 A page first gets a snapshot, and then a message for every change by any page.
-What it asks has a number, of which it is told that it is done, or refused and why.
+Each request has a number; the answer is that it is done, or refused and why.
 """
 
 from __future__ import annotations

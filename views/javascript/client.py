@@ -187,8 +187,8 @@ class Layouter:
     def forget(self) -> None:
         """In a process that was forked off: the layouter is the parent's, and so is the stream to it.
 
-        A thread of the parent may be reading from that stream. Whoever closes it here would wait forever for
-        the lock which that thread has, as it is not here: only the descriptor is closed.
+        A thread of the parent may be reading from that stream. Closing the stream object here would wait
+        forever for the lock of that thread, which does not exist here: only the descriptor is closed.
         """
         if self._process is not None:
             self._process.returncode = 0  # not ours to wait for

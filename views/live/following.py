@@ -198,6 +198,6 @@ class LiveTrace:
         if self._drawing is None or self._drawing.is_alive():
             return False
         self._drawing = None
-        if self._failure is not None:  # said here, where nobody asks any more once the page has ended
+        if self._failure is not None:  # reported here, as no one asks once the page has ended
             LOG.warning("the live page shows no net: %s", self._failure)
         return self._net is not None

@@ -134,7 +134,7 @@ class LivePages:
             while True:
                 if files is not None:
                     files.forget()
-                # In the loop itself, not in a thread: nobody may be greeted between a change and its sending.
+                # In the loop itself, not in a thread: no page may connect between a change and its sending.
                 self._tell(self.trace.poll())
                 await asyncio.sleep(INTERVAL)
                 if files is not None and not self.trace.is_waiting:

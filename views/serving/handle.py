@@ -111,7 +111,7 @@ def serve_page(
         invitations.in_front_of(make(entrance)),
         http=counting_protocol(entrance.strangers),
         backlog=BACKLOG,
-        log_level="critical",  # what goes wrong with a request is told by `guarded`
+        log_level="critical",  # errors in requests are reported by `guarded`
         access_log=False,
         timeout_graceful_shutdown=2,
         ws_max_size=longest_message,

@@ -103,10 +103,6 @@ class Facts:
             return f"client {client}"
         return f"instance {found['number']} of service {self.channels[found['channel']]}"
 
-    def clause_of(self, transition: str) -> Clause | None:
-        """Return a transition's clause; that of its prototype for one of a server instance."""
-        return self.clauses.get(transition) or self.clauses.get(prototype(transition))
-
 
 def prototype(element: str) -> str:
     """Return the id in the system model of an element of a server instance.

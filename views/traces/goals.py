@@ -88,7 +88,7 @@ class GoalBars:
         bar = self._bars.get((channel, goal)) if goal else None
         if (
             record.declared.goal == "is sent"
-        ):  # of a run that goes on, its server's trace may have been read first
+        ):  # while a run continues, its server's trace may have been read first
             return bar or self._new(channel, goal, record.client or "?", node)
         if bar is None and not is_accepted:
             bar = self._in_slot.get(slot) if slot[1] is not None else None

@@ -236,12 +236,16 @@ def check(
         )
     if confirmation is not None:
         add_confirmation(report, confirmation)
-    if report.findings:
+    report.findings[:] = left_to_lives(net, report).findings
+    if any(finding.severity != "note" for finding in report.findings):  # a note neither causes nor follows
         from dineros.analysis.consequences.folding import fold_consequences
-        from dineros.analysis.consequences.in_time import used_in_time
 
-        report.findings[:] = left_to_lives(net, report).findings  # notes have no consequences
-        fold_consequences(net, report, budget, orders, None if report.times is None else used_in_time)
+        again = None
+        if report.times is not None:
+            from dineros.analysis.consequences.in_time import used_in_time
+
+            again = used_in_time
+        fold_consequences(net, report, budget, orders, again)
     report = accepted(report)
     with run.answer():
         report = acceptance.write(report)

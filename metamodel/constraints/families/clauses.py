@@ -30,7 +30,7 @@ MOST_VALUES = 32
 """Most values of a signal: the flattened net has a transition from each value to each other one."""
 
 VALUE_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,62}")
-"""What values of signals are called: places of the flattened net, topics and parameters speak of them."""
+"""Valid names of values of signals; places of the flattened net, topics and parameters contain them."""
 
 Disjunctions = set[frozenset[SignalLiteral]]
 

@@ -60,7 +60,7 @@ def in_hand_positive(port: sym.SubscriberPort, index: Index) -> Outcome:
     guard=_has_in_hand,
 )
 def in_hand_or_capacity(port: sym.SubscriberPort, index: Index) -> Outcome:
-    """How many messages a node has in hand is said once: by the port, or by the capacity of its place."""
+    """The number of messages that a node holds is given once: by the port or by its place's capacity."""
     return port.place.capacity is None
 
 

@@ -270,7 +270,7 @@ def _reserved(index: Index) -> tuple[_Reserved, _Reserved, _Reserved]:
     def make() -> tuple[_Reserved, _Reserved, _Reserved]:
         services, topics, owned = _Reserved(), _Reserved(), _Reserved()
         for node, (_, _, own) in _node_names(index).items():
-            signals = {signal.id: value_names(signal) for signal in node.signals}
+            signals = {signal.id: value_names(signal) for signal in node.signals if signal.id}
             is_managed = node.lifecycle is not None
             for name, what in reserved_services(own, signals, is_managed).items():
                 services.setdefault(name, []).append((node, what))

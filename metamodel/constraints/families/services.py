@@ -10,6 +10,7 @@ from dineros.metamodel.constraints.circles import circles_of
 from dineros.metamodel.constraints.constraint import Outcome, constraint
 from dineros.metamodel.constraints.index import Index
 from dineros.metamodel.constraints.wording import describe, listed
+from dineros.metamodel.elements import is_within
 
 _INSTANCE = re.compile(r"(.+)\[[1-9][0-9]*\]\.(.+)", re.DOTALL)
 IN_ONE_INSTANCE = "put both places on the same server page, or both outside of it"
@@ -22,7 +23,7 @@ def _client_id(port: sym.ClientPort) -> tuple[sym.ServiceChannel | None, str]:
 
 @constraint("{it} has no client", fix="add a client port", severity="warning")
 def service_has_client(channel: sym.ServiceChannel, index: Index) -> Outcome:
-    """Somebody calls a service."""
+    """A service has a client."""
     return len(channel.clients) > 0
 
 
@@ -41,15 +42,8 @@ def service_instances(channel: sym.ServiceChannel, index: Index) -> Outcome:
 )
 def server_places_on_page(port: sym.ServerPort, index: Index) -> Outcome:
     """Entry and exit of a server stand on its server page."""
-    outside = [place for place in (port.entry, port.exit) if not stands_on(place, port.page)]
+    outside = [place for place in (port.entry, port.exit) if not is_within(place, port.page)]
     return not outside or listed(outside)
-
-
-def stands_on(place: EObject | None, page: pn.Page) -> bool:
-    """Return whether a place stands on a page, or on a page inside."""
-    while place is not None and place is not page:
-        place = place.eContainer()
-    return place is page
 
 
 @constraint("{it} has {found} as entry and exit", fix="use two places with a transition between them")
@@ -244,5 +238,5 @@ def runtime_server(port: rtm.ServerPort, index: Index) -> Outcome:
     assert isinstance(entry, rtm.Place)
     if entry is port.exit:
         return f"{describe(entry)} as entry and exit"
-    outside = [place for place in (entry, port.exit) if not stands_on(place, port.page)]
+    outside = [place for place in (entry, port.exit) if not is_within(place, port.page)]
     return not outside or f"{listed(outside)} outside of its server page {port.page.id!r}"

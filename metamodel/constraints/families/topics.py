@@ -23,7 +23,7 @@ def topic_has_publisher(channel: sym.TopicChannel, index: Index) -> Outcome:
 
 @constraint("{it} has no subscriber", fix="add a subscriber port", severity="warning")
 def topic_has_subscriber(channel: sym.TopicChannel, index: Index) -> Outcome:
-    """Somebody subscribes to a topic."""
+    """A topic has a subscription."""
     return len(channel.subscribers) > 0
 
 

@@ -14,7 +14,8 @@ from dineros.metamodel.editing.composed.copying import Copier
 from dineros.metamodel.editing.composed.filling import filled
 from dineros.metamodel.editing.composed.regrouping import grouped, joined, moved, split
 from dineros.metamodel.editing.composed.templates import TEMPLATES
-from dineros.metamodel.editing.handles import Handles, is_within
+from dineros.metamodel.editing.handles import Handles
+from dineros.metamodel.elements import is_within
 from dineros.metamodel.errors import near_matches
 
 

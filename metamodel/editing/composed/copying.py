@@ -10,11 +10,11 @@ from dineros.metamodel.base import EObject
 from dineros.metamodel.clauses import signal_names
 from dineros.metamodel.constraints.wording import describe
 from dineros.metamodel.editing import commands as c
-from dineros.metamodel.editing.handles import Handles, is_within, subtree
+from dineros.metamodel.editing.handles import Handles, subtree
 from dineros.metamodel.editing.naming import new_id, used_ids
 from dineros.metamodel.editing.offered import classes_for, name_of
 from dineros.metamodel.editing.renaming import replaced
-from dineros.metamodel.elements import label, node_net_of
+from dineros.metamodel.elements import is_within, label, node_net_of
 from dineros.metamodel.files.schema import Kind, class_of
 
 _NAMES = ("topic", "service", "action")

@@ -8,9 +8,9 @@ from dineros.metamodel import pn
 from dineros.metamodel.base import EObject
 from dineros.metamodel.constraints.wording import describe
 from dineros.metamodel.editing import commands as c
-from dineros.metamodel.editing.handles import Handles, is_within
+from dineros.metamodel.editing.handles import Handles
 from dineros.metamodel.editing.removing import referrers
-from dineros.metamodel.elements import arcs, node_net_of, nodes, resolve
+from dineros.metamodel.elements import arcs, is_within, node_net_of, nodes, resolve
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.files.schema import class_of
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -10,10 +11,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from dineros.analysis.acceptance.baseline import Baseline, to_baseline
-from dineros.analysis.checks.report_formats import to_sarif
+from dineros.analysis.checks.check import FAULTS
+from dineros.analysis.witnesses import report_formats
 from dineros.analysis.witnesses.findings import SEVERITIES, Finding, Report, Suppressed
 from dineros.metamodel.errors import DinerosError
 from tests.support.systems.talker import talker
+
+to_sarif = partial(report_formats.to_sarif, faults=FAULTS)
 
 OVERFLOW = Finding("queue-overflow", "error", ("Chatter", "Heard"), "it can overflow")
 DEADLOCK = Finding("deadlock", "warning", ("Listen", "made.by.flattening"), "it can stop")

@@ -4,8 +4,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from dineros.metamodel import pn
+from dineros.metamodel import pn, sym
 from dineros.metamodel.constraints import validate
+from dineros.metamodel.elements import elements
 from tests.support.broken.small import flat, plain, runtime, system
 from tests.support.vandalism import vandalise
 
@@ -21,6 +22,15 @@ def test_reports_instead_of_failing(data: st.DataObject) -> None:
         vandalise(data.draw, net)
     for violation in validate(net):
         assert "\n" not in str(violation)
+
+
+def test_signals_without_ids_are_reported() -> None:
+    net = system().net
+    signals = [element for element in elements(net) if isinstance(element, sym.InputSignal)]
+    for signal in signals:
+        signal.id = None  # type: ignore[assignment]
+    assert signals
+    assert validate(net)
 
 
 def test_deep_pages() -> None:

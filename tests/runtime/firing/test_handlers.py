@@ -250,7 +250,7 @@ def test_tokens_put_aside_are_counted_left_alone_and_released() -> None:
 def test_others_may_take_what_is_aside() -> None:
     net = Net(tiny({"go": "a -> b", "other": "a ?x -> c"}, {"a": 1}, signals="s", clauses={"other": "s"}))
     engine, place = net.core.engine, net.core.names.place("x")
-    engine.put(place, engine.new_token(engine.checkers[place].default))
+    engine.put(place, engine.new_token(engine.passing.checkers[place].default))
 
     @net.handler("go", policy=Aside())
     def fail(firing: Firing) -> None:

@@ -102,14 +102,14 @@ class _Play:
         assert may_commit == (id in self.reference.allowed())
         self.engine.release(number, taken)
         if may_commit and self.random.random() < 0.7:
-            made = self.engine.made(number, taken, self.engine.passed_on(number, taken))
+            made = self.engine.made(number, taken, self.engine.passing.passed_on(number, taken))
             self.engine.commit(taken, made)
             self.reference.fire(id)
 
     def put(self) -> None:
         place = self.random.randrange(len(self.engine.structure.places))
         if self.engine.has_room(place):
-            self.engine.put(place, self.engine.new_token(self.engine.checkers[place].default))
+            self.engine.put(place, self.engine.new_token(self.engine.passing.checkers[place].default))
             self.reference.arrive(self.engine.structure.places[place], 1)
 
     def take(self) -> None:

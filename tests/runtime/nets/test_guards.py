@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from dineros.metamodel import sym
 from dineros.metamodel.elements import find
-from dineros.runtime.nets.engine import Engine, Tokens
+from dineros.runtime.nets.engine import Engine
+from dineros.runtime.nets.passing import Tokens
 from dineros.runtime.nets.structure import Structure, read_structure
 from dineros.runtime.nets.tokens import Token
 from dineros.transformations.flattening.split import split
@@ -97,7 +98,7 @@ def _reached(structure: Structure) -> dict[State, set[str]]:
                         given = {
                             place: [_as_data(each)] for (place, _), each in zip(outputs, values, strict=True)
                         }
-                        passed = other.passed_on(transition, taken)
+                        passed = other.passing.passed_on(transition, taken)
                         other.commit(taken, other.made(transition, taken, passed, given))  # type: ignore[arg-type]
                         todo.append(_state(other))
     return found
@@ -176,7 +177,9 @@ class _Play:
                 transition, taken = self.flights.pop(draw.randrange(len(self.flights)))
                 engine.release(transition, taken)
                 if draw.random() < 0.5 and engine.is_allowed(transition):
-                    engine.commit(taken, engine.made(transition, taken, engine.passed_on(transition, taken)))
+                    engine.commit(
+                        taken, engine.made(transition, taken, engine.passing.passed_on(transition, taken))
+                    )
             case "put" if engine.count(place) < 3:
                 engine.put(place, engine.new_token(_as_data(draw.choice(ALL))))  # type: ignore[arg-type]
             case "take" if engine.free_tokens(place):

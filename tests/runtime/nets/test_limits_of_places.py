@@ -149,7 +149,7 @@ def test_bytes_are_those_of_the_tokens_there(steps: list[str], few: int) -> None
         patch.setattr(weights, "size_of", lambda data: 10)
         for step in steps:
             if step == "put" and engine.has_room(heard):
-                engine.put(heard, engine.new_token(engine.checkers[heard].default))
+                engine.put(heard, engine.new_token(engine.passing.checkers[heard].default))
             elif step == "fire" and engine.ready:
                 engine.fire(engine.ready[0])
             elif step == "take" and engine.count(noted):

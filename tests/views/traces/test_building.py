@@ -61,8 +61,7 @@ def test_a_model_says_who_owns_what_and_what_is_replicated() -> None:
     assert facts().owner_of("Pick[2].TPick") == "executor"
     assert {"Pick[1].TPick", "Pick[2].TPick"} <= set(facts().transitions)
     assert "TPick" not in facts().transitions
-    clause = facts().clause_of("Pick[1].TPickFail")
-    assert clause is not None
+    clause = facts().clauses["TPickFail"]
     assert clause.disjunctions == (
         (("RobotIsIdle", False), ("RobotHasFinished", False)),
         (("ObjectIsPicked", True),),

@@ -80,7 +80,7 @@ class A5Tell(StandardRule, phase=Phase.outcomes):
 
 
 class A5Room(StandardRule, phase=Phase.rooms):
-    """Feedback that waits to be told: it is handed over at once, so that of one firing."""
+    """Feedback that waits to be published; it is handed over at once, so it is that of one firing."""
 
     served = SlotPage()
     source = Node(pn.Place, of=image(served.action.server.feedback, served.page))
@@ -95,7 +95,7 @@ class A5Room(StandardRule, phase=Phase.rooms):
 
 
 class A5First(StandardRule, phase=Phase.rooms):
-    """A goal is over only when all feedback about it has been told."""
+    """A goal is over only when all feedback about it has been published."""
 
     served = SlotPage()
     source = Node(pn.Place, of=image(served.action.server.feedback, served.page))

@@ -264,7 +264,7 @@ class A3Nothing(StandardRule, phase=Phase.goals):
 
 
 class A3Former(StandardRule, phase=Phase.goals):
-    """A client that does not wait may mean a goal that is over, or one that it does not know of yet."""
+    """A client that does not wait may refer to a goal that is over or not yet accepted."""
 
     action = Node(sym.ActionChannel)
     client = Node(sym.ActionClientPort, channel=action, outstanding=UNLIMITED)

@@ -89,7 +89,7 @@ class A8Room(StandardRule, phase=Phase.rooms):
 
 
 class A8Answer(StandardRule, phase=Phase.rooms):
-    """They are gone before the client takes what it is told of its goal."""
+    """They are removed before the client receives the outcome of its goal."""
 
     client = Node(sym.ActionClientPort, outstanding=1)
     wish = Node(pn.Place, of=client.cancel)

@@ -71,7 +71,7 @@ class Job:
     at : str
         Where it is.
     log : list of str
-        What it said besides its answer.
+        What it printed besides its answer.
     result : dict
         Its answer.
     """

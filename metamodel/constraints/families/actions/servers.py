@@ -8,9 +8,9 @@ from dineros.metamodel import pn, rtm, sym
 from dineros.metamodel.callbacks.groups import runs_callbacks
 from dineros.metamodel.calls import SERVER_PLACES, exits
 from dineros.metamodel.constraints.constraint import Outcome, constraint
-from dineros.metamodel.constraints.families.services import stands_on
 from dineros.metamodel.constraints.index import Index
 from dineros.metamodel.constraints.wording import describe, listed
+from dineros.metamodel.elements import is_within
 
 
 def _places(port: sym.ActionServerPort | rtm.ActionServerPort) -> list[pn.Place]:
@@ -21,12 +21,12 @@ def _places(port: sym.ActionServerPort | rtm.ActionServerPort) -> list[pn.Place]
 
 
 def _outside(port: sym.ActionServerPort | rtm.ActionServerPort) -> list[pn.Place]:
-    return [place for place in _places(port) if not stands_on(place, port.page)]
+    return [place for place in _places(port) if not is_within(place, port.page)]
 
 
 @constraint("{it} has no client", fix="add a client port", severity="warning")
 def action_has_client(channel: sym.ActionChannel, index: Index) -> Outcome:
-    """Somebody sends goals to an action."""
+    """An action has a client."""
     return len(channel.clients) > 0
 
 

@@ -118,7 +118,7 @@ class NetWide:
         return None if said is None else said.strip().lower()
 
     def finish(self) -> None:
-        """Complain about priorities that differ, and about immediate transitions beside timed ones."""
+        """Report priorities that differ, and immediate transitions next to timed ones."""
         inside = any(said is not None and xml.get("priority") is None for said, xml in self._priorities)
         hint = "a net with priorities can be written as .net or .xmi"
         self._differ(self._priorities, "1" if inside else "0", "the priority {}", hint)

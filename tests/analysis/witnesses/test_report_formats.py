@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -11,11 +12,14 @@ import pytest
 from lxml import etree
 
 from dineros.analysis.checks.check import FAULTS
-from dineros.analysis.checks.report_formats import to_junit, to_sarif
+from dineros.analysis.witnesses import report_formats
 from dineros.analysis.witnesses.findings import Finding, Report, Step, Unknown, Witness
+from dineros.analysis.witnesses.report_formats import to_junit
 from dineros.metamodel import pn
 from dineros.metamodel.files import load, save
 from tests.support.systems.talker import talker
+
+to_sarif = partial(report_formats.to_sarif, faults=FAULTS)
 
 STEPS = (
     Step("Speak", "Speak fires", {"Words": -1, "Said": 1}),

@@ -12,7 +12,6 @@ from urllib.parse import quote
 
 from lxml import etree
 
-from dineros.analysis.checks.check import FAULTS
 from dineros.analysis.model.times import left_out_times
 from dineros.analysis.witnesses.code_lines import CodeLines
 from dineros.analysis.witnesses.findings import Fault, Finding, Report, Step, Suppressed, Witness
@@ -26,9 +25,7 @@ SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sar
 _NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
-def to_sarif(
-    report: Report, model: pn.Net, path: Path, faults: Mapping[str, Fault] | None = None
-) -> dict[str, Any]:
+def to_sarif(report: Report, model: pn.Net, path: Path, faults: Mapping[str, Fault]) -> dict[str, Any]:
     """Return a report as a SARIF log with one run (OASIS SARIF 2.1.0).
 
     Findings are results with the lines of the elements concerned, and with the steps of the witness as a code
@@ -43,10 +40,9 @@ def to_sarif(
         The model, as it was read: its elements know their lines.
     path : Path
         The file of the model.
-    faults : mapping of str to Fault, optional
-        The kinds of what can be found, by name; by default those of a check.
+    faults : mapping of str to Fault
+        The kinds of what can be found, by name.
     """
-    faults = FAULTS if faults is None else faults
     places = _ElementLocations(model, path)
     accepted = [suppressed.finding for suppressed in report.suppressed]
     shown = [*report.findings, *report.known, *accepted]
