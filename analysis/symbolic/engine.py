@@ -38,8 +38,8 @@ ROUNDS = (
     (24_000_000, 40_000_000),
     (60_000_000, None),
 )
-#: By round: work of saturation for each of the orders with the shortest spans, before the search continues. The
-#: small instance that compares orders may be wrong about them.
+#: By round: work of saturation for each of the orders with the shortest spans, before the search continues.
+#: The small instance that compares orders may be wrong about them.
 SHORTEST_WORK = {3: 500_000}
 #: An order that a search did not improve gets the work of this many rounds later.
 UNCHANGED_ROUNDS = 1

@@ -274,9 +274,9 @@ class _Climb:
     def _spans_of(self) -> list[list[list[int]]]:
         """By level: the levels of each event that touches it."""
         spans_of: list[list[list[int]]] = [[] for _ in self.order]
-        for span in self._events.levels_of_events:
-            for level in span:
-                spans_of[level].append(span)
+        for touched in self._events.levels_of_events:
+            for level in touched:
+                spans_of[level].append(touched)
         return spans_of
 
     def improve(self, work: int) -> None:
