@@ -31,7 +31,6 @@ ROOMS = {
 
 FOLDERS = {
     "metamodel": [
-        "dataclass",
         "errors",
         "json_text",
         "limits",
