@@ -1,4 +1,4 @@
-"""Small systems to start with: what they are, drawn."""
+"""Small systems to start with, with what they are and positions on the canvas."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def _place(id: str, x: float, y: float, tokens: int = 0) -> sym.Place:
 
 
 def _end(id: str, x: float, y: float) -> sym.Place:
-    """Return a place that a finished application rests in: nothing is left to do, which is not a fault."""
+    """Return a place in which a finished application may keep tokens; that is not a fault."""
     return _at(x, y, sym.Place(id=id, kind="end"))
 
 
@@ -36,7 +36,7 @@ def _model(pages: list[pn.Page], channel: sym.Channel) -> sym.SystemModel:
 
 
 def talker_and_listener() -> sym.SystemModel:
-    """A topic: one ROS node says words, another one hears them."""
+    """A topic: one ROS node publishes words, another one subscribes to them."""
     words, say, said = _place("Words", 80, 80, tokens=3), _step("Say", 200, 80), _place("Said", 320, 80)
     talker = _at(120, 80, sym.NodeNet(id="talker", objects=[words, say, said]))
     flow(words, say, said)
@@ -63,7 +63,7 @@ def _server(id: str, page: str, steps: tuple[str, str, str]) -> tuple[sym.NodeNe
 
 
 def service() -> sym.SystemModel:
-    """A service: one ROS node asks, another one answers."""
+    """A service: one ROS node calls it, another one serves it."""
     wishes, ask, asked = _place("Wishes", 80, 80, tokens=1), _step("Ask", 200, 80), _place("Asked", 320, 80)
     answered, use, used = _place("Answered", 80, 180), _step("Use", 200, 180), _end("Used", 320, 180)
     client = _at(120, 80, sym.NodeNet(id="client", objects=[wishes, ask, asked, answered, use, used]))
@@ -80,7 +80,7 @@ def service() -> sym.SystemModel:
 
 
 def safety_loop() -> sym.SystemModel:
-    """A safety loop: a ROS node asks a sensor again and again, and works only while it is safe."""
+    """A safety loop: a ROS node calls a sensor repeatedly, and works only while the response is safe."""
     unsafe, retry, request = (
         _place("Unsafe", 80, 160, tokens=1),
         _step("Retry", 180, 240),
@@ -117,7 +117,7 @@ def safety_loop() -> sym.SystemModel:
 
 
 def action() -> sym.SystemModel:
-    """An action: one ROS node sends goals, another one works on them, and succeeds, fails or is canceled."""
+    """An action: one ROS node sends goals, another one executes them; each succeeds, fails or is canceled."""
     goal, start, working = _place("Goal", 80, 120), _step("Start", 160, 120), _place("Working", 240, 120)
     finish, reached = _step("Finish", 340, 60), _place("Reached", 440, 60)
     fail, failed = _step("Fail", 340, 120), _place("Failed", 440, 120)

@@ -1,4 +1,4 @@
-"""A small valid system model: one node says words, another hears them; a signal, a clause, data in tokens."""
+"""A small valid system model: one node publishes words to another one; a signal, a clause, data in tokens."""
 
 from __future__ import annotations
 
