@@ -184,7 +184,7 @@ def model_of_code(code: Code, given: Path | None, settings: Sequence[str]) -> Mo
         warn(
             f"the model lacks what could not be read ({absent}): what is proved holds if that changes nothing"
         )
-    return ModelOfCode(imported.model, [*found, *of_part(mismatches(read.system))], absent)
+    return ModelOfCode(imported.model, [*found, *of_part(mismatches(read.apart))], absent)
 
 
 def faults_of_code() -> Mapping[str, Fault]:

@@ -108,14 +108,15 @@ def import_(
             source = Source(graph, bag, domain, namespaces, without, seconds)
             found += _against(read, source)
         seen, said = within(read.system, namespaces, without), read.with_people(said)
+        named = within(read.apart, namespaces, without)
         say_taken((*read.taken, *read.lacks_of_threads(said)))
     else:
         source = Source(graph, bag, domain, namespaces, without, seconds)
-        seen = source.system(lambda seen: bool(mismatches(seen)))
+        named = seen = source.system(lambda seen: bool(mismatches(seen)))
     kept = within(seen, namespaces)
-    findings = [*mismatches(seen), *unknown_types(seen)]
+    findings = [*mismatches(named), *unknown_types(seen)]
     if namespaces:
-        names = {node.name for node in kept.nodes}
+        names = {node.name for node in within(named, namespaces).nodes}
         findings = [finding for finding in findings if names.intersection(finding.elements)]
     if folders:  # code needs no interfaces here; whose lines they are, is in the messages
         findings = [*found, *(each for each in findings if each.rule != "type-unknown")]

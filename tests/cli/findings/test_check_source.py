@@ -206,3 +206,37 @@ def test_proofs_about_code_that_is_not_wholly_read_are_under_an_assumption(
     part = json.loads(result.stdout)
     assert part["proved"] == [] and part["assumed"]
     assert "the model lacks what could not be read (1)" in result.stderr
+
+
+SERVES = """
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from std_srvs.srv import Trigger
+class Asks(Node):
+    def __init__(self):
+        super().__init__("asks")
+        self.client = self.create_client(Trigger, "ask")
+class Serves(Node):
+    def __init__(self, name):
+        super().__init__(name)
+        self.create_service(Trigger, "ask", self.answer)
+    def answer(self, request, response): return response
+"""
+TOGETHER = """
+rclpy.init()
+executor = SingleThreadedExecutor()
+executor.add_node(Asks())
+executor.add_node(Serves("serves"))
+executor.spin()
+"""
+
+
+def test_nodes_that_share_an_executor_have_their_own_names_in_findings(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("one.py").write_text(SERVES + TOGETHER)
+    Path("other.py").write_text(SERVES + 'rclpy.init()\nrclpy.spin(Serves("also_serves"))\n')
+    found = check("--source", ".")
+    assert "/ask has several servers: /also_serves, /serves [servers-share-name]" in found.stdout
