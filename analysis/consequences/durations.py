@@ -2,8 +2,9 @@
 
 A model of source code lets a callback take any time, as the code does not say how long it works. Then each
 queue between nodes can overflow that is not bounded otherwise. Such a finding says nothing about the code: it
-is a note. It stays an error if writer and reader are in one node net: they share an executor, and a callback
-that publishes more than the queue holds loses messages however quick the reader is.
+is a note. If writer and reader are in one node net, they share an executor. Then it stays an error if the
+callbacks that write, each run once, write more than the queue holds: however quick the reader is, it may come
+after them.
 
 The search for such an overflow may not end. Then it could only be a note, too, and the question is left to
 the durations. With times, that is so where the callback that reads has no greatest duration.
@@ -20,8 +21,12 @@ from dineros.metamodel import pn, sym
 from dineros.metamodel.callbacks.groups import callback_page_of
 from dineros.metamodel.elements import is_unseen, node_net_of
 from dineros.metamodel.times.given import duration_of
+from dineros.metamodel.times.runs import most_put, only_put_by
 
 WHY = "if callbacks take long enough; the code does not say how long they take"
+DEPTH = 10
+"""Messages that a history of a service or an action holds: the default of ROS 2."""
+
 OPEN = "depends on how long callbacks take, which the code does not say; `takes` in given.toml says it"
 
 
@@ -69,7 +74,22 @@ def _depends(channel: sym.Channel | None) -> bool:
     if not nodes or not all(_is_of_code(node) for node in nodes):
         return False
     writers, readers = ({id(node) for node in end} for end in ends)
-    return not writers & readers
+    return not writers & readers or _fits(channel)
+
+
+def _fits(channel: sym.Channel | None) -> bool:
+    """Return whether a queue has room for what the callbacks of one executor write if each runs once."""
+    limits = [DEPTH]
+    if isinstance(channel, sym.TopicChannel):
+        limits = [port.limit for port in (*channel.publishers, *channel.subscribers)]
+    written = 0
+    for place in _places(channel)[0]:
+        for page in only_put_by(place) or (None,):
+            most = None if page is None else most_put(page, place)
+            if most is None:
+                return False
+            written += most
+    return written <= min(limits)
 
 
 def _is_of_code(node: sym.NodeNet | None) -> bool:

@@ -155,20 +155,24 @@ def test_the_page_shows_the_code_around_each_line(robot: Path) -> None:
     assert f"<mark><i>{number:5}</i>          {shown}" in page
 
 
+@pytest.mark.parametrize("times", [2, 3])
 @pytest.mark.parametrize("is_shared", [False, True], ids=["apart", "one executor"])
 def test_overflows_that_durations_decide_are_notes(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, is_shared: bool
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, is_shared: bool, times: int
 ) -> None:
+    """In one executor, a callback that publishes more at once than the queue holds loses messages anyway."""
     monkeypatch.chdir(tmp_path)
     Path("src").mkdir()
-    Path("src/talker.py").write_text(TALKER.replace("HERE", HEARS if is_shared else "pass"))
+    talker = TALKER.replace("        self.pub.publish(String())\n", "", 3 - times)
+    Path("src/talker.py").write_text(talker.replace("HERE", HEARS if is_shared else "pass"))
     if not is_shared:
         Path("src/listener.py").write_text(LISTENER)
     found = check("--source", "src")
-    assert ("[queue-overflow]" in found.stdout) == is_shared and found.exit_code == int(is_shared), (
+    is_certain = is_shared and times > 2
+    assert ("[queue-overflow]" in found.stdout) == is_certain and found.exit_code == int(is_certain), (
         found.stdout
     )
-    assert ("can overflow if callbacks take long enough" in found.stdout) != is_shared
+    assert ("can overflow if callbacks take long enough" in found.stdout) != is_certain
 
 
 @pytest.mark.parametrize(
