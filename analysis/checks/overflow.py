@@ -50,7 +50,8 @@ class Overflow(Question):
 
     def _leave_open(self, checked: Checked, queue: Queue, reason: str) -> None:
         found = self._found(queue, None)
-        asks = Outcome.left_open(f"whether {queue} can overflow", reason)
+        is_fault = found.severity != "note"
+        asks = Outcome.left_open(f"whether {queue} can overflow", reason, may_be_fault=is_fault)
         checked.report.unknown.append(replace(asks, elements=found.elements, rule=found.rule))
 
     @classmethod

@@ -162,8 +162,17 @@ def _print_text(
         say(f"suppressed: {suppressed.finding.message} [{suppressed.finding.rule}]: {suppressed.why}")
     for finding in report.known:
         note(f"known: {finding.message} [{finding.rule}]")
+    of_notes = [unknown for unknown in report.unknown if unknown.rule and not unknown.may_be_fault]
+    if of_notes:
+        where = counted(len(of_notes), "queue")
+        say(
+            f"note: whether {where} can lose messages that the model allows to lose is unknown; -v lists them"
+        )
     for unknown in report.unknown:
-        say(f"unknown: {unknown}", "magenta")
+        if unknown in of_notes:
+            note(f"unknown: {unknown}")
+        else:
+            say(f"unknown: {unknown}", "magenta")
     for proved in report.proved:
         note(f"proved: {proved}")
     for assumed in report.assumed:
@@ -181,7 +190,7 @@ def _print_text(
     proofs = f"{len(report.proved)} proved"
     if report.assumed:
         proofs += f", {len(report.assumed)} proved under an assumption"
-    counts = f"{faults} found{following}, {proofs}, {len(report.unknown)} unknown"
+    counts = f"{faults} found{following}, {proofs}, {len(report.unknown) - len(of_notes)} unknown"
     summarise(f"{model}: {counts}{_accepted(report)}")
 
 

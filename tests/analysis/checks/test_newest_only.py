@@ -79,3 +79,11 @@ def test_the_answer_says_whether_it_is_assumed(assumed: str | None, words: str) 
 def test_one_message_is_enough_for_it() -> None:
     assert [each.needed for each in suggest_capacities(news())] == [1, 1]
     assert all(each.needed != 1 for each in suggest_capacities(news(newest=False)))
+
+
+def test_an_open_question_about_such_a_queue_could_only_be_a_note(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("dineros.analysis.checks.overflow.can_fire", lambda checked, transitions: None)
+    for newest in (True, False):
+        open_ones = [each for each in check(news(newest=newest)).unknown if "can overflow" in each.question]
+        rules = {(each.rule, each.may_be_fault) for each in open_ones}
+        assert rules == {("message-displaced", False) if newest else ("queue-overflow", True)}
