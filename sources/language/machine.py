@@ -253,7 +253,7 @@ class Machine(Slots):
             elif isinstance(each, RunningNode):
                 each.fact.is_lent = True
             elif isinstance(each, Object):
-                self._lend(each, depth)
+                self._lend(each, depth, {})
             elif isinstance(each, OutsideMethod) and isinstance(each.instance, Port):
                 each.instance.entity.is_lent = True
             elif isinstance(each, Items) and depth:
@@ -263,8 +263,14 @@ class Machine(Slots):
                 for item in (*each.items.values(), *each.rest):
                     self.escape(item, depth - 1)
 
-    def _lend(self, instance: Object, depth: int) -> None:
-        """Record that unknown code receives an object, with all ports that it has."""
+    def _lend(self, instance: Object, depth: int, seen: dict[Object, int]) -> None:
+        """Record that unknown code receives an object, with all ports that it has.
+
+        An object to which several ways lead is looked at once for the greatest depth that is left there.
+        """
+        if seen.get(instance, -1) >= depth:
+            return
+        seen[instance] = depth
         if instance.node is not None:
             instance.node.is_lent = True
         for slot in instance.slots.values() if depth else ():
@@ -272,8 +278,8 @@ class Machine(Slots):
                 for each in options(value):
                     if isinstance(each, Port):
                         each.entity.is_lent = True
-                    elif isinstance(each, Object) and each is not instance:
-                        self._lend(each, depth - 1)
+                    elif isinstance(each, Object):
+                        self._lend(each, depth - 1, seen)
 
     # -------------------------------------------------------------------------------------- what it has found
 
