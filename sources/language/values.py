@@ -342,11 +342,11 @@ def join(values: Iterable[Value | None]) -> Value:
     for value in values:
         for each in value.options if isinstance(value, Either) else [value]:
             if each is not None and not any(same(each, other) for other in found):
+                if len(found) == MOST_OPTIONS:
+                    return Open("many values")
                 found.append(each)
     if not found:
         return NONE
-    if len(found) > MOST_OPTIONS:
-        return Open("many values")
     return found[0] if len(found) == 1 else Either(found)
 
 
