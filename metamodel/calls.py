@@ -32,6 +32,9 @@ SERVER_PLACES = (*OUTCOMES, "cancel", "feedback")
 CLIENT_PLACES = (*OUTCOMES, "rejected", "accepted", "cancel", "feedback")
 """Places that a client may have besides that of its goals."""
 
+HISTORY_DEPTH = 10
+"""History depth of an action's services: the default of ROS 2, which cannot be changed."""
+
 UNLIMITED = -1
 """Value of `outstanding` of a client that has any number of requests under way."""
 

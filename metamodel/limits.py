@@ -29,7 +29,7 @@ class Limit:
     counts : str
         What the number is a number of, for messages.
     usual : int or None
-        Larger numbers get a warning; None: there is no warning, as the number is not part of a model.
+        Larger numbers get a warning. None: no number gets a warning, because it is not part of a model.
     most : int
         Larger numbers are refused, unless the user raises the limit.
     says : str

@@ -26,7 +26,7 @@ class Outcome:
         Transitions fired repeatedly after the trace. Empty if a finite path shows the answer, or if the run
         ends in a deadlock.
     ends_at_fault : bool
-        Whether the trace violates the formula for all continuations; then there is no loop.
+        Whether every continuation of the trace violates the formula. Then `loop` is empty.
     states : int or None
         Number of states stored to find the answer; None if it is not meaningful.
     seconds : float

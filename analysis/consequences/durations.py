@@ -19,14 +19,12 @@ from dineros.analysis.checks.overflow import Overflow
 from dineros.analysis.witnesses.findings import Finding, Report
 from dineros.metamodel import pn, sym
 from dineros.metamodel.callbacks.groups import callback_page_of
+from dineros.metamodel.calls import HISTORY_DEPTH
 from dineros.metamodel.elements import is_unseen, node_net_of
 from dineros.metamodel.times.given import duration_of
 from dineros.metamodel.times.runs import most_put, only_put_by
 
 WHY = "if callbacks take long enough; the code does not say how long they take"
-DEPTH = 10
-"""Messages that a history of a service or an action holds: the default of ROS 2."""
-
 OPEN = "depends on how long callbacks take, which the code does not say; `takes` in given.toml says it"
 
 
@@ -79,9 +77,14 @@ def _depends(channel: sym.Channel | None) -> bool:
 
 def _fits(channel: sym.Channel | None) -> bool:
     """Return whether a queue has room for what the callbacks of one executor write if each runs once."""
-    limits = [DEPTH]
-    if isinstance(channel, sym.TopicChannel):
-        limits = [port.limit for port in (*channel.publishers, *channel.subscribers)]
+    room: int
+    match channel:
+        case sym.TopicChannel():
+            room = min(port.limit for port in (*channel.publishers, *channel.subscribers))
+        case sym.ServiceChannel():
+            room = channel.depth
+        case _:
+            room = HISTORY_DEPTH
     written = 0
     for place in _places(channel)[0]:
         for page in only_put_by(place) or (None,):
@@ -89,7 +92,7 @@ def _fits(channel: sym.Channel | None) -> bool:
             if most is None:
                 return False
             written += most
-    return written <= min(limits)
+    return written <= room
 
 
 def _is_of_code(node: sym.NodeNet | None) -> bool:

@@ -38,9 +38,9 @@ ROUNDS = (
     (24_000_000, 40_000_000),
     (60_000_000, None),
 )
-#: By round: work of saturation for each of the orders with the shortest spans, before the search continues.
-#: The small instance that compares orders may be wrong about them.
-SHORTEST_WORK = {3: 500_000}
+#: Round before which the orders with the shortest spans are run, and work of saturation for each of them. The
+#: small instance that compares orders may be wrong about them.
+SHORTEST_ROUND, SHORTEST_WORK = 3, 500_000
 #: An order that a search did not improve gets the work of this many rounds later.
 UNCHANGED_ROUNDS = 1
 #: First round in which an order that costs too much on a smaller instance is not run.
@@ -387,8 +387,8 @@ def _attempts(search: OrderSearch, known: list[int] | None) -> Iterator[tuple[li
     search.race()
     last = None
     for number, (search_work, _) in enumerate(ROUNDS):
-        for order in search.shortest if number in SHORTEST_WORK else ():
-            yield order, SHORTEST_WORK[number]
+        for order in search.shortest if number == SHORTEST_ROUND else ():
+            yield order, SHORTEST_WORK
         search.improve(search_work)
         order = search.order
         ahead = UNCHANGED_ROUNDS if order == last else 0

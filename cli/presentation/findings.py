@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import traceback
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from itertools import groupby
 from operator import attrgetter
 from pathlib import Path
@@ -139,22 +139,18 @@ def _print_text(
     if displaced:
         where = counted(displaced, "queue")
         say(f"note: {where} can lose older messages; by newestOnly, the readers need only the newest one")
-    from dineros.analysis.consequences.durations import OPEN, WHY
+    from dineros.analysis.consequences import durations, lives
 
-    full = [each for each in report.findings if each.rule == "queue-overflow" and each.severity == "note"]
-    left = sum(each.message.endswith(OPEN) for each in full)
-    if len(full) > left:
-        say(f"note: {counted(len(full) - left, 'queue')} can overflow {WHY}; -v lists them")
-    if left:
-        say(f"note: whether {counted(left, 'queue')} can overflow {OPEN}; -v lists them")
-    from dineros.analysis.consequences import lives
-
-    lost = [each for each in report.findings if each.rule in lives.RULES and each.severity == "note"]
-    left = sum(each.message.endswith(lives.OPEN) for each in lost)
-    if len(lost) > left:
-        say(f"note: messages can be lost in {counted(len(lost) - left, 'way')} {lives.WHY}; -v lists them")
-    if left:
-        say(f"note: whether messages are lost in {counted(left, 'way')} {lives.OPEN}; -v lists them")
+    can, undecided = _notes_that_depend(report, {"queue-overflow"}, durations.OPEN)
+    if can:
+        say(f"note: {counted(can, 'queue')} can overflow {durations.WHY}; -v lists them")
+    if undecided:
+        say(f"note: whether {counted(undecided, 'queue')} can overflow {durations.OPEN}; -v lists them")
+    can, undecided = _notes_that_depend(report, lives.RULES, lives.OPEN)
+    if can:
+        say(f"note: messages can be lost in {counted(can, 'way')} {lives.WHY}; -v lists them")
+    if undecided:
+        say(f"note: whether messages are lost in {counted(undecided, 'way')} {lives.OPEN}; -v lists them")
     ends = sum(finding.rule in _ENDS and finding.severity == "note" for finding in report.findings)
     if ends:
         say(f"note: {counted(ends, 'name')} without another end in this code; -v lists them")
@@ -165,9 +161,7 @@ def _print_text(
     of_notes = [unknown for unknown in report.unknown if unknown.rule and not unknown.may_be_fault]
     if of_notes:
         where = counted(len(of_notes), "queue")
-        say(
-            f"note: whether {where} can lose messages that the model allows to lose is unknown; -v lists them"
-        )
+        say(f"note: it is unknown whether {where} can overflow whose losses are only notes; -v lists them")
     for unknown in report.unknown:
         if unknown in of_notes:
             note(f"unknown: {unknown}")
@@ -192,6 +186,13 @@ def _print_text(
         proofs += f", {len(report.assumed)} proved under an assumption"
     counts = f"{faults} found{following}, {proofs}, {len(report.unknown) - len(of_notes)} unknown"
     summarise(f"{model}: {counts}{_accepted(report)}")
+
+
+def _notes_that_depend(report: Report, rules: Collection[str], undecided: str) -> tuple[int, int]:
+    """Return how many notes of some rules say that something can happen, and how many leave it undecided."""
+    notes = [each for each in report.findings if each.rule in rules and each.severity == "note"]
+    open_ones = sum(each.message.endswith(undecided) for each in notes)
+    return len(notes) - open_ones, open_ones
 
 
 def _print_consequences(finding: Finding) -> None:

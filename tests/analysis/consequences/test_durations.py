@@ -10,9 +10,9 @@ from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.consequences.durations import OPEN, left_to_durations
 from dineros.analysis.model.times import UsedTimes
 from dineros.analysis.timed_checks.timed_check import check_timed
-from dineros.analysis.witnesses.findings import Report
+from dineros.analysis.witnesses.findings import Finding, Report
 from dineros.metamodel import sym
-from dineros.metamodel.build import seconds
+from dineros.metamodel.build import callback, place, seconds, step
 from dineros.metamodel.elements import find, node_nets
 from dineros.observation.importing.building import to_model
 from dineros.observation.systems import ObservedNode, ObservedSystem, TopicEndpoint
@@ -64,3 +64,26 @@ def test_a_check_with_times_says_which_queue_is_open() -> None:
     report = check_timed(model, Budget(seconds=0.0))
     for each in report.unknown:
         assert ("topic.scan" in each.elements) == each.question.endswith("can overflow")
+
+
+@pytest.mark.parametrize(("depth", "severity"), [(2, "note"), (1, "error")])
+def test_the_depth_of_a_service_counts_in_one_executor(depth: int, severity: str) -> None:
+    """Two timers ask once each: both requests may come before the service is served."""
+    model = sym.SystemModel(id="code", middleware="ros2")
+    both = sym.NodeNet(id="both", net=model, execution="callbacks", sourceLine="both.py:1")
+    serves = callback(both, "OnReset", "server")
+    entry, exit_ = place(serves, "Entry"), place(serves, "Exit")
+    step(serves, "Serve", [entry], [exit_])
+    clients = []
+    for name in ("First", "Second"):
+        page = callback(both, name, "timer", 0.1)
+        asks, has = place(page, f"{name}Asks"), place(page, f"{name}Has")
+        begin, end = step(page, f"{name}Begins", [], [asks]), step(page, f"{name}Ends", [has], [])
+        begin.kind, end.kind = "start", "end"  # type: ignore[assignment]
+        clients.append(sym.ClientPort(client=name, request=asks, response=has))
+    server = sym.ServerPort(entry=entry, exit=exit_, page=serves)
+    channel = sym.ServiceChannel(id="Reset", service="/reset", server=server, clients=clients, depth=depth)
+    model.channels.append(channel)
+    found = Finding("queue-overflow", "error", (channel.id,), "the history can overflow")
+    (after,) = left_to_durations(model, Report(findings=[found])).findings
+    assert after.severity == severity

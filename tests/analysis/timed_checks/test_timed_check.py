@@ -212,7 +212,7 @@ def test_without_intervals_a_check_answers_as_without_times() -> None:
 
 
 def test_with_signals_the_end_of_a_scenario_is_no_fault_and_what_waits_is() -> None:
-    """At the start only a signal can change: that is no deadlock, as the transition waits for the signal."""
+    """At the start only a signal can change. This is not a deadlock: the transition waits for the signal."""
     model = talker()
     find(model, "Say", sym.Transition).interval = pn.TimeInterval(earliest=2, latest=3)
     assert signals_matter(model)

@@ -11,7 +11,7 @@ Data Distribution Service 1.4, 2015, Sect. 2.2.3.18).
 from __future__ import annotations
 
 from dineros.metamodel import pn, sym
-from dineros.metamodel.calls import UNLIMITED
+from dineros.metamodel.calls import HISTORY_DEPTH, UNLIMITED
 from dineros.metamodel.records import Drop
 from dineros.transformations.language.creation import Fragment, New
 from dineros.transformations.language.datatypes import TRUTH
@@ -28,9 +28,6 @@ from dineros.transformations.rules.phases import Phase, StandardRule
 from dineros.transformations.rules.requests import Entrance, entering
 
 LANGUAGE.add(__name__)
-
-DEPTH = 10
-"""History depth of an action's services: the default of ROS 2, which cannot be changed."""
 
 GOALS = "goal history of action {action}"
 RESULTS = "result history of {client} of action {action}"
@@ -56,7 +53,7 @@ def capacity_of(id: str, kind: QueueKind, called: str) -> New:
     """Return the place that counts the free room of a history."""
     words = "{queue}: free capacity"
     means = Meaning(words, queue=kind, called=called, part="capacity", rests=True)
-    return place(f"{id}.Capacity", tokens=DEPTH, means=means)
+    return place(f"{id}.Capacity", tokens=HISTORY_DEPTH, means=means)
 
 
 class Replaced(Fragment):
@@ -91,8 +88,8 @@ class Replaced(Fragment):
         self.arcs = [
             arc(source, self.instead),
             arc(lost, self.instead),
-            arc(load, self.instead, weight=DEPTH),
-            arc(self.instead, load, weight=DEPTH),
+            arc(load, self.instead, weight=HISTORY_DEPTH),
+            arc(self.instead, load, weight=HISTORY_DEPTH),
             arc(self.instead, kept),
         ]
 
