@@ -83,7 +83,7 @@ class Ros(Ports):
             return found
         on = call.on
         if call.last in _OF_PARAMETERS and call.args:
-            self.told(call.args[0], "parameters", call.node, call.frame)
+            self.read_callback(call.args[0], "parameters", call.node, call.frame)
             return Made(call.path, node=call.node)
         if on is None:
             return self._function(call)
@@ -241,7 +241,7 @@ class Ros(Ports):
             self.maker.callback(holder, "callback", "thread", target, owner)
         return Made("std::thread", [target])
 
-    def told(self, target: Value, kind: str, node: Node, frame: Frame) -> None:
+    def read_callback(self, target: Value, kind: str, node: Node, frame: Frame) -> None:
         """Read a callback without a port: of parameters, or of events such as matched ports."""
         owner = frame.this or self.machine.owner or Obj(None)
         holder = self.machine.entity_of("threads", kind, node, frame, Obj(None))
@@ -310,11 +310,11 @@ class Ros(Ports):
             added = self._inputs(call.args)
             held.values += added
             if "heard" in on.fields:
-                self._hear(added, on.fields["heard"])
+                self._give_callback(added, on.fields["heard"])
             return Const(None)
         if call.last == "registerCallback" and call.args:
             on.fields["heard"] = bound(call.args)
-            self._hear(held.values, on.fields["heard"])
+            self._give_callback(held.values, on.fields["heard"])
             return Open(call.last)
         return None
 
@@ -324,7 +324,7 @@ class Ros(Ports):
         idioms = self.machine.idioms
         return [each for each in found if isinstance(each, Port) or getattr(each, "path", None) in idioms]
 
-    def _hear(self, inputs: list[Value], target: Value) -> None:
+    def _give_callback(self, inputs: list[Value], target: Value) -> None:
         """Give the inputs of a synchronizer its callback."""
         for each in inputs:
             if isinstance(each, Port):

@@ -115,7 +115,7 @@ class Library(Protocol):
     def make_node(self, this: Obj, kind: str, args: list[Value], node: Node, frame: Frame) -> None:
         """Make an object a node."""
 
-    def told(self, target: Value, kind: str, node: Node, frame: Frame) -> None:
+    def read_callback(self, target: Value, kind: str, node: Node, frame: Frame) -> None:
         """Read a callback without a port."""
 
 
@@ -126,7 +126,7 @@ class Calls(Routines):
 
     def event(self, node: Node, target: Value, frame: Frame) -> None:
         """Read the callback of an event of a port."""
-        self.library.told(target, "event", node, frame)
+        self.library.read_callback(target, "event", node, frame)
 
     def _new_expression(self, node: Node, frame: Frame) -> Value:
         args = self.values(node.child_by_field_name("arguments"), frame)
