@@ -55,6 +55,7 @@ __all__ = [
     "enumeration",
     "features_of",
     "initialise",
+    "literals_of",
     "notify_listeners",
     "refuse_unknown",
     "remembered",
@@ -134,12 +135,13 @@ def _converted(feature: Any, value: object) -> object:
 
 
 @cache
-def _literals(etype: Any) -> dict[str, object]:
+def literals_of(etype: Any) -> dict[str, object]:
+    """Return the literals of an enumeration by name."""
     return {str(literal): literal for literal in etype.eLiterals}
 
 
 def _literal(feature: Any, name: str) -> object:
-    literals = _literals(feature._eType)
+    literals = literals_of(feature._eType)
     literal = literals.get(name)
     if literal is None:
         names = list(literals)

@@ -7,10 +7,10 @@ from typing import Any, ClassVar
 
 from pyecore.ecore import EReference
 
-from dineros.metamodel.base import EObject, features_of
+from dineros.metamodel.base import EObject, features_of, remembered
 from dineros.metamodel.errors import Location, near_matches
 from dineros.transformations.language.copying import deep_copy
-from dineros.transformations.language.datatypes import fits
+from dineros.transformations.language.datatypes import TEXT, fits
 from dineros.transformations.language.errors import RuleError, rule_line
 from dineros.transformations.language.expressions import (
     Constant,
@@ -82,9 +82,9 @@ class New(Variable):
         assert self.eclass is not None
         definition = feature_of(self.eclass, name, self.location)
         whose = f"{self.eclass.__name__}.{name}"
-        if isinstance(value, str) and definition._eType.name == "EString":
-            return Text(value)
-        expression = matching(definition._eType, as_expression(value))
+        if isinstance(value, str) and definition._eType is TEXT:
+            return Text(value, self.location)
+        expression = matching(definition._eType, as_expression(value, self.location))
         if expression.many != definition.many and not isinstance(expression, Constant):
             one, many = "a single value", "a list"
             raise RuleError(
@@ -108,23 +108,14 @@ class New(Variable):
 
     def _require_features(self) -> None:
         assert self.eclass is not None
-        definitions = features_of(self.eclass)
-        missing = sorted(
-            name
-            for name, definition in definitions.items()
-            if definition.lowerBound > 0 and name not in self.features
-        )
+        required, containers = _required_of(self.eclass)
+        missing = [name for name in required if name not in self.features]
         if missing:
             raise RuleError(
                 f"{self.eclass.__name__} needs {', '.join(missing)}",
                 location=self.location,
                 hint="required by the metamodel",
             )
-        containers = [
-            name
-            for name, feature in definitions.items()
-            if isinstance(feature, EReference) and feature.container
-        ]
         if self.into is None and not any(name in self.features for name in containers):
             raise RuleError(
                 f"missing container: a new {self.eclass.__name__} needs {' or '.join(containers) or 'into='}",
@@ -149,6 +140,16 @@ class New(Variable):
         if name in ("eclass", "features", "rule", "into"):
             raise AttributeError(name)
         return super().__getattr__(name)
+
+
+@remembered
+def _required_of(eclass: type[EObject]) -> tuple[list[str], list[str]]:
+    """Return the features that each object of a class must have, and those that refer to its container."""
+    features = features_of(eclass).items()
+    required = sorted(name for name, feature in features if feature.lowerBound > 0)
+    return required, [
+        name for name, feature in features if isinstance(feature, EReference) and feature.container
+    ]
 
 
 class Copy(Variable):

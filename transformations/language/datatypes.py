@@ -6,7 +6,7 @@ from typing import Any
 
 from pyecore.ecore import EBoolean, EDouble, EEnum, EInt, EString
 
-from dineros.metamodel.base import EnumLiteral
+from dineros.metamodel.base import EnumLiteral, literals_of
 from dineros.metamodel.errors import Location, near_matches
 from dineros.transformations.language.errors import RuleError
 
@@ -52,9 +52,10 @@ def literal_of(datatype: Any, value: object, location: Location) -> object:
     """
     if not isinstance(datatype, EEnum) or not isinstance(value, str):
         return value
-    literal = datatype.getEEnumLiteral(value)
+    literals = literals_of(datatype)
+    literal = literals.get(value)
     if literal is None:
-        names = [str(known) for known in datatype.eLiterals]
+        names = list(literals)
         raise RuleError(
             f"{datatype.name} has no literal {value!r}",
             location=location,

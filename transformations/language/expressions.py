@@ -14,7 +14,7 @@ from typing import Any, TypeAlias
 from pyecore.ecore import EClass, EReference
 
 from dineros.metamodel.base import EObject, features_of
-from dineros.metamodel.errors import near_matches
+from dineros.metamodel.errors import Location, near_matches
 from dineros.transformations.language.datatypes import TEXT, TRUTH, comparable, datatype_of, literal_of
 from dineros.transformations.language.errors import RuleError, rule_line
 
@@ -35,14 +35,16 @@ class Expression:
         Type of a plain value; None for model objects, and if it is not known.
     many : bool
         Whether `evaluate` returns a list.
+    location : Location
+        Where the rule has it; a part of another expression has that one's.
     """
 
     eclass: type[EObject] | None = None
     datatype: Any = None
     many = False
 
-    def __init__(self, *operands: Expression) -> None:
-        self.location = rule_line()
+    def __init__(self, *operands: Expression, location: Location | None = None) -> None:
+        self.location = location or rule_line()
         self._operands = operands
 
     def evaluate(self, match: Match) -> Any:
@@ -87,8 +89,8 @@ class Expression:
 class Constant(Expression):
     """A value that does not depend on the match."""
 
-    def __init__(self, value: object) -> None:
-        super().__init__()
+    def __init__(self, value: object, location: Location | None = None) -> None:
+        super().__init__(location=location)
         self.value = value
         self.datatype = datatype_of(value)
 
@@ -99,9 +101,9 @@ class Constant(Expression):
         return str(self.value)
 
 
-def as_expression(value: object) -> Expression:
+def as_expression(value: object, location: Location | None = None) -> Expression:
     """Return the value itself if it is an expression, else a constant."""
-    return value if isinstance(value, Expression) else Constant(value)
+    return value if isinstance(value, Expression) else Constant(value, location)
 
 
 class Variable(Expression):
@@ -137,8 +139,8 @@ class Item(Variable):
 class Path(Expression):
     """A feature of the value of another expression; for many values, the union of their features."""
 
-    def __init__(self, base: Expression, feature: str) -> None:
-        super().__init__(base)
+    def __init__(self, base: Expression, feature: str, location: Location | None = None) -> None:
+        super().__init__(base, location=location)
         self._base = base
         self._feature = feature
         if base.eclass is None:
@@ -262,8 +264,8 @@ class Text(Expression):
 
     datatype = TEXT
 
-    def __init__(self, template: str, **names: Expression) -> None:
-        super().__init__()
+    def __init__(self, template: str, at: Location | None = None, /, **names: Expression) -> None:
+        super().__init__(location=at)
         self.template = template
         self.parts: list[tuple[str, Expression | None]] = []
         self.names = dict(names)
@@ -298,8 +300,7 @@ class Text(Expression):
         for feature in features:
             if expression.eclass is None:
                 raise RuleError(f"{expression} has no {feature!r}", location=self.location)
-            feature_of(expression.eclass, feature, self.location)
-            expression = Path(expression, feature)
+            expression = Path(expression, feature, self.location)
         return expression
 
     def evaluate(self, match: Match) -> str:
@@ -321,7 +322,7 @@ def matching(datatype: Any, value: Expression) -> Expression:
     if not isinstance(value, Constant):
         return value
     literal = literal_of(datatype, value.value, value.location)
-    return value if literal is value.value else Constant(literal)
+    return value if literal is value.value else Constant(literal, value.location)
 
 
 def compatible(one: type[EObject], other: type[EObject]) -> bool:

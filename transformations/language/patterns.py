@@ -50,7 +50,7 @@ class Node(Variable):
         self._features: dict[str, Expression] = {}
         for name, value in features.items():
             definition = feature_of(eclass, name, self.location)
-            expression = as_expression(value)
+            expression = as_expression(value, self.location)
             if isinstance(definition, EReference) and expression.eclass is not None:
                 require_compatible(expression, python_class(definition._eType), name, self.location)
             elif isinstance(definition, EReference) != (expression.eclass is not None):

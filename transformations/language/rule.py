@@ -68,7 +68,7 @@ class Rule(Maker, metaclass=RuleType):
             for name, value in vars(base).items():
                 if isinstance(value, Pattern):
                     names.update(value.elements())
-                elif not name.startswith("_"):
+                elif isinstance(value, _PARTS) or name in _LISTS:
                     names[name] = value
         if "lhs" not in names:
             cls.lhs = list(_matched(cls, names))
@@ -78,34 +78,37 @@ class Rule(Maker, metaclass=RuleType):
         roles = _roles(names)
         _name(cls, names, roles)
         _bind(cls, names, roles)
-        cls.created = {role: element for role, element in roles.items() if _contains(cls.rhs, element)}
+        after = set(cls.rhs)
+        cls.created = {role: element for role, element in roles.items() if element in after}
         cls.for_all = [item for item in cls.rhs if isinstance(item, ForAll)]
-        cls.deleted = [node for node in cls.lhs if isinstance(node, Node) and not _contains(cls.rhs, node)]
+        cls.deleted = [node for node in cls.lhs if isinstance(node, Node) and node not in after]
         cls.context = []
         _check(cls, roles)
 
 
 def _matched(cls: type[Rule], names: dict[str, Any]) -> Iterator[Variable]:
     """Yield the elements that a class body matches, without those of `Absent` and `ForAll` only."""
-    inner: list[Variable] = [node for pattern in cls.absent for node in pattern.nodes]
+    inner = {node for pattern in cls.absent for node in pattern.nodes}
     for value in names.values():
         for item in value if isinstance(value, list) else [value]:
             if isinstance(item, ForAll):
-                inner += item.matched()
+                inner.update(item.matched())
     for value in names.values():
-        if isinstance(value, (Node, Made, Index)) and not _contains(inner, value):
+        if isinstance(value, (Node, Made, Index)) and value not in inner:
             yield value
 
 
 def _made(names: dict[str, Any]) -> Iterator[Variable | ForAll]:
     """Yield the elements that a class body makes, without those of `ForAll`."""
-    repeated = [item for value in names.values() if isinstance(value, ForAll) for item in value.created()]
+    repeated = {item for value in names.values() if isinstance(value, ForAll) for item in value.created()}
     for value in names.values():
         for item in value if isinstance(value, (list, Fragment)) else [value]:
-            if isinstance(item, (New, Copy, ForAll)) and not _contains(repeated, item):
+            if isinstance(item, (New, Copy, ForAll)) and item not in repeated:
                 yield item
 
 
+_PARTS = (Expression, Fragment, ForAll, list)
+"""What a class body defines as parts of its rule."""
 _LISTS: dict[str, tuple[type, ...]] = {
     "lhs": (Node, Made, Index),
     "rhs": (Node, Made, Index, New, Copy, ForAll),
@@ -140,10 +143,6 @@ def _shown(cls: type[Rule], item: object) -> str:
 
 def _words(kinds: tuple[type, ...]) -> str:
     return ", ".join(kind.__name__ for kind in kinds)
-
-
-def _contains(items: Iterable[object], wanted: object) -> bool:
-    return any(item is wanted for item in items)
 
 
 def _roles(names: dict[str, Any]) -> dict[str, New | Copy]:
@@ -225,11 +224,11 @@ def _check(cls: type[Rule], roles: dict[str, New | Copy]) -> None:
             for expression in item.uses():
                 _require_bound(cls, expression.variables(), made, item)
             made.add(item)
-        elif not _contains(cls.lhs, item):
+        elif item not in bound:
             raise RuleError(f"{cls.__name__}: {item} is not on the left-hand side", location=item.location)
-    repeated = [element for item in cls.for_all for element in item.created()]
+    listed = {*cls.rhs, *(element for item in cls.for_all for element in item.created())}
     for role, element in roles.items():
-        if not _contains(cls.rhs, element) and not _contains(repeated, element):
+        if element not in listed:
             raise RuleError(
                 f"{cls.__name__}: {role} is not on the right-hand side", location=element.location
             )
@@ -255,7 +254,7 @@ def _require_bound(
 ) -> None:
     for variable in variables:
         if isinstance(variable, Context):
-            if not _contains(cls.context, variable):
+            if all(known is not variable for known in cls.context):
                 cls.context.append(variable)
         elif variable not in bound:
             raise RuleError(
