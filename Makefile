@@ -1,4 +1,5 @@
-# `make help` lists the targets. PYTHON=python3.12 names the interpreter to use, PYTEST_ARGS='tests/cli -x' the tests to run.
+# `make help` lists the targets. PYTHON=python3.12 names the interpreter to use, PYTEST_ARGS='tests/cli -x' the tests to run;
+# LINT=no leaves out lint, whose results do not depend on the interpreter.
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DELETE_ON_ERROR:
@@ -8,6 +9,8 @@ python := .venv/bin/python
 stamp := .venv/.installed
 maintenance := build/maintenance
 checked := $(wildcard metamodel cli transformations analysis generators runtime sources observation views case_study benchmarks docs examples tests tools) setup.py
+
+first := $(if $(filter no,$(LINT)),install,lint)
 
 # The stamp names where it was installed: another place or a PYTHON given by hand mean a new installation.
 wanted := $(CURDIR)
@@ -48,11 +51,11 @@ lint: install ## Run every check but the tests
 	@echo "Generated code (dineros.metamodel.generate --check)" && $(python) -m dineros.metamodel.generate --check
 
 .PHONY: test
-test: lint ## Run lint, then all tests but the long ones
+test: $(first) ## Run lint, then all tests but the long ones
 	@echo "Tests that are not long (pytest)" && $(python) -m pytest -n 3 -m 'not long' $(PYTEST_ARGS)
 
 .PHONY: thorough
-thorough: lint ## Run lint, then all tests
+thorough: $(first) ## Run lint, then all tests
 	@echo "Tests (pytest)" && $(python) -m pytest -n 3 $(PYTEST_ARGS)
 
 .PHONY: regenerate

@@ -35,7 +35,7 @@ def test_both_pythons_are_tested_where_both_are_there(machine: Machine, script: 
     assert done.returncode == 0, done.stderr
     assert machine.calls[:3] == ["make install (CI=1)", f"{TEST} (CI=1)", "git clone --quiet ."]
     assert machine.calls[3].startswith(f"make --no-print-directory -C {machine.home}/temporary/")
-    assert machine.calls[3].endswith("/dineros PYTHON=python3.12 test (CI=1)")
+    assert machine.calls[3].endswith("/dineros PYTHON=python3.12 LINT=no test (CI=1)")
     assert len(machine.calls) == 4
     assert list((machine.home / "temporary").iterdir()) == [], "the clone is removed"
     assert (script.parents[1] / ".venv").exists(), "the first .venv is not"
@@ -57,7 +57,7 @@ def test_one_that_pyenv_keeps_is_found(machine: Machine, script: Path) -> None:
     machine.python("kept", "3.12")
     (machine.bin / "kept").rename(kept / "python3.12")
     assert machine.run(script).returncode == 0
-    assert machine.calls[-1].endswith(f"/dineros PYTHON={kept}/python3.12 test (CI=1)")
+    assert machine.calls[-1].endswith(f"/dineros PYTHON={kept}/python3.12 LINT=no test (CI=1)")
 
 
 @pytest.mark.parametrize("failing", ["*-C?.?thorough", "*PYTHON*"])

@@ -32,6 +32,8 @@ def test_tests_come_last() -> None:
     steps = ["ruff check", "ruff format", "typecheck.py", "generate --check", "-m pytest"]
     lines = [next(number for number, line in enumerate(plan) if step in line) for step in steps]
     assert lines == sorted(lines)
+    alone = make("-n", "test", "LINT=no")
+    assert alone[-1] == plan[-1] and not any("ruff" in line or "typecheck.py" in line for line in alone)
 
 
 def test_links_show_the_rooms_and_forget_old_ones(tmp_path: Path) -> None:
