@@ -93,8 +93,9 @@ def argument_hint(feature: ecore.EStructuralFeature, package: ecore.EPackage) ->
 
 
 def qualifiers(feature: ecore.EStructuralFeature, package: ecore.EPackage) -> str:
-    """Return the arguments of the pyecore feature object."""
+    """Return the arguments of the feature."""
     arguments: dict[str, str] = {}
+    parts = []
     if isinstance(feature, ecore.EAttribute):
         enum = isinstance(feature.eType, ecore.EEnum)
         type_name = qualified(feature.eType, package)
@@ -104,8 +105,13 @@ def qualifiers(feature: ecore.EStructuralFeature, package: ecore.EPackage) -> st
         if feature.defaultValueLiteral is not None:
             value = feature.eType.from_string(feature.defaultValueLiteral)
             arguments["default_value"] = f"{type_name}.{value}" if enum else repr(value)
-    elif feature.containment:
-        arguments["containment"] = "True"
+    else:
+        parts.append(repr(qualified(feature.eType, package)))
+        other = feature.eOpposite
+        if other is not None and _path(other) > _path(feature):  # one of the two names the other
+            arguments["opposite"] = repr(other.name)
+        if feature.containment:
+            arguments["containment"] = "True"
     if feature.lowerBound:
         arguments["lower"] = str(feature.lowerBound)
         arguments["required"] = "True"
@@ -113,12 +119,23 @@ def qualifiers(feature: ecore.EStructuralFeature, package: ecore.EPackage) -> st
         arguments["upper"] = str(feature.upperBound)
     if feature.transient:
         arguments["transient"] = "True"
-    return ", ".join(f"{name}={value}" for name, value in arguments.items())
+    return ", ".join([*parts, *(f"{name}={value}" for name, value in arguments.items())])
+
+
+def _path(feature: ecore.EStructuralFeature) -> str:
+    return f"{feature.eContainingClass.name}.{feature.name}"
 
 
 def wrap(text: str, indent: int) -> str:
     """Wrap running text at 110 columns, following lines indented."""
     return textwrap.fill(text, 106 - indent).replace("\n", "\n" + " " * indent)
+
+
+def docstring(element: ecore.EModelElement, indent: int) -> str:
+    """Return the documentation of an element as a docstring; after several lines, the quotes have their own."""
+    text = wrap(documentation(element), indent)
+    end = "\n" + " " * indent if "\n" in text else ""
+    return f'"""{text}{end}"""'
 
 
 class TypedModule(EcorePackageModuleTask):
@@ -171,6 +188,7 @@ class TypedGenerator(EcoreGenerator):
         """Return the Jinja environment with our filters."""
         environment = super().create_environment(**kwargs)
         environment.filters.update(
+            docstring=docstring,
             documentation=documentation,
             type_hint=type_hint,
             argument_hint=argument_hint,

@@ -37,9 +37,9 @@ def pytest_configure(config: pytest.Config) -> None:
     """Generate the workspace of the case study where nobody ran `make`; once, not in each process.
 
     No test loses power, so writes of the test process need not reach the disk: while other processes build
-    applications, each call of `fsync` can wait for all that they write. Tests of `fsync` replace it themselves.
+    applications, each call of `fsync` can wait for all that they write. Tests of `fsync` replace it.
     """
-    os.fsync = lambda _: None
+    os.fsync = lambda fd: None
     if not hasattr(config, "workerinput") and not (WORKSPACE / "src/sorting_interfaces").is_dir():
         from case_study.generate import main
 

@@ -13,7 +13,8 @@ from collections.abc import Callable, Iterable, Iterator
 from functools import cache
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 
-from pyecore.ecore import EAttribute, EDataType, EDouble, EDoubleObject, EEnum
+from pyecore.ecore import EAttribute, EDataType, EDouble, EDoubleObject, EEnum, EReference
+from pyecore.resources import global_registry
 from pyecore.valuecontainer import BadValueError
 
 from dineros.metamodel.base.storage import MetaEClass, is_heard, set_attribute, set_reference
@@ -52,14 +53,15 @@ __all__ = [
     "EnumLiteral",
     "MetaEClass",
     "ModelList",
+    "complete",
     "enumeration",
     "features_of",
     "initialise",
     "literals_of",
     "notify_listeners",
+    "reference",
     "refuse_unknown",
     "remembered",
-    "resolve_references",
     "show",
 ]
 
@@ -230,14 +232,44 @@ def show(self: EObject) -> str:
     return f"<{package}.{type(self).__name__} {identity}>".replace(" >", ">")
 
 
-def resolve_references(types: list[tuple[Any, Any]], opposites: list[tuple[Any, Any]]) -> None:
-    """Set the types and opposites of references, once all classes of a package exist."""
-    for reference, eclass in types:
-        reference.eType = eclass
-    for reference, opposite in opposites:
-        reference.eOpposite = opposite
+_named: list[tuple[Any, str, str | None]] = []
+"""References of the package that is being imported: each with the names of its type and of its opposite."""
 
 
-def enumeration(name: str, literals: list[str]) -> Any:
-    """Make an enumeration whose literals are numbered from 0 in the given order."""
-    return EEnum(name, literals=literals)
+def reference(type: str, opposite: str | None = None, **qualifiers: Any) -> Any:
+    """Make a reference to a class that its package may define later.
+
+    Parameters
+    ----------
+    type : str
+        Name of the class, with its package if that is another one.
+    opposite : str, optional
+        The reference of that class that leads back, named by one of the two.
+    **qualifiers
+        Arguments of pyecore's `EReference`.
+    """
+    made = EReference(**qualifiers)
+    _named.append((made, type, opposite))
+    return made
+
+
+def enumeration(cls: type[T]) -> type[T]:
+    """Make the enumeration that a class describes: its literals are annotated, and numbered from 0."""
+    return cast("type[T]", EEnum(cls.__name__, literals=list(cls.__annotations__)))
+
+
+def complete(module: Any) -> None:
+    """Connect the classes of a package, now that all exist, and let files name it."""
+    names = vars(module)
+    for made, type, _ in _named:
+        package, _, name = type.rpartition(".")
+        made.eType = getattr(names[package], name) if package else names[name]
+    for made, _, opposite in _named:
+        if opposite is not None:
+            made.eOpposite = getattr(made.eType, opposite)
+    _named.clear()
+    for value in list(names.values()):
+        if isinstance(value, EEnum):
+            module.eClassifiers[value.name] = value
+            module.eClass.eClassifiers.append(value)
+    global_registry[module.nsURI] = module

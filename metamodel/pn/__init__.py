@@ -9,21 +9,21 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterable
 from functools import partial
-from typing import TYPE_CHECKING, Any, ClassVar, Never
+from typing import Any, ClassVar, Never
 
 import pyecore.ecore as Ecore
-from pyecore.resources import global_registry
 
 from dineros.metamodel.base import (
     EnumLiteral,
     EObject,
     MetaEClass,
     ModelList,
+    complete,
     enumeration,
     initialise,
     notify_listeners,
+    reference,
     refuse_unknown,
-    resolve_references,
     show,
 )
 
@@ -60,77 +60,51 @@ __all__ = [
     "TransitionNode",
 ]
 
-if TYPE_CHECKING:
 
-    class ArcKind(EnumLiteral):
-        """What an arc asks of and does to its place."""
+@enumeration
+class ArcKind(EnumLiteral):
+    """What an arc asks of and does to its place."""
 
-        normal: ClassVar[ArcKind]
-        """Takes or puts as many tokens as its weight."""
-        inhibitor: ClassVar[ArcKind]
-        """From a place to a transition: enabled while the place holds fewer tokens than the weight."""
-        read: ClassVar[ArcKind]
-        """From a place to a transition: enabled while the place holds at least as many tokens as the weight; takes none."""
+    normal: ClassVar[ArcKind]
+    """Takes or puts as many tokens as its weight."""
+    inhibitor: ClassVar[ArcKind]
+    """From a place to a transition: enabled while the place holds fewer tokens than the weight."""
+    read: ClassVar[ArcKind]
+    """From a place to a transition: enabled while the place holds at least as many tokens as the weight;
+    takes none.
+    """
 
-    class LabelKind(EnumLiteral):
-        """Which text label of an element a layout belongs to."""
 
-        elementName: ClassVar[LabelKind]
-        """The name of an element."""
-        initialMarking: ClassVar[LabelKind]
-        """The token count of a place."""
-        inscription: ClassVar[LabelKind]
-        """The weight of an arc."""
+@enumeration
+class LabelKind(EnumLiteral):
+    """Which text label of an element a layout belongs to."""
 
-else:
-    ArcKind = enumeration(
-        "ArcKind",
-        [
-            "normal",
-            "inhibitor",
-            "read",
-        ],
-    )
-    LabelKind = enumeration(
-        "LabelKind",
-        [
-            "elementName",
-            "initialMarking",
-            "inscription",
-        ],
-    )
+    elementName: ClassVar[LabelKind]
+    """The name of an element."""
+    initialMarking: ClassVar[LabelKind]
+    """The token count of a place."""
+    inscription: ClassVar[LabelKind]
+    """The weight of an arc."""
 
 
 @Ecore.abstract
 class Element(EObject, metaclass=MetaEClass):
-    """Anything with an identity in a net.
-
-    Attributes
-    ----------
-    id : str
-        Unique in the file; what references and the command line use.
-    name : str | None
-        What people read; the id where it is absent.
-    sourceLine : str | None
-        Line of the source code that the element stands for, as `file:line`; absent where no code was
-        read.
-    graphics : Graphics | None
-        Where a net editor draws the element.
-    labels : ModelList[Label]
-        Layout of the element's text labels.
-    toolInfos : ModelList[ToolInfo]
-        Blocks of other tools, kept as they are.
-    suppressions : ModelList[Suppression]
-        Findings about the element, or about what it contains, that were accepted.
-    """
+    """Anything with an identity in a net."""
 
     id: str = Ecore.EAttribute(eType=Ecore.EString, iD=True, lower=1, required=True)
+    """Unique in the file; what references and the command line use."""
     name: str | None = Ecore.EAttribute(eType=Ecore.EString)
+    """What people read; the id where it is absent."""
     sourceLine: str | None = Ecore.EAttribute(eType=Ecore.EString)
-    graphics: Graphics | None = Ecore.EReference(containment=True)
-    labels: ModelList[Label] = Ecore.EReference(containment=True, upper=-1)
-    toolInfos: ModelList[ToolInfo] = Ecore.EReference(containment=True, upper=-1)
-    suppressions: ModelList[Suppression] = Ecore.EReference(containment=True, upper=-1)
+    """Line of the source code that the element stands for, as `file:line`; absent where no code was read."""
+    graphics: Graphics | None = reference("Graphics", containment=True)
+    """Where a net editor draws the element."""
+    labels: ModelList[Label] = reference("Label", containment=True, upper=-1)
+    """Layout of the element's text labels."""
+    toolInfos: ModelList[ToolInfo] = reference("ToolInfo", containment=True, upper=-1)
+    """Blocks of other tools, kept as they are."""
+    suppressions: ModelList[Suppression] = reference("Suppression", containment=True, upper=-1)
+    """Findings about the element, or about what it contains, that were accepted."""
 
     __setattr__ = refuse_unknown
     notify = notify_listeners
@@ -153,18 +127,12 @@ class Element(EObject, metaclass=MetaEClass):
 
 
 class Point(EObject, metaclass=MetaEClass):
-    """A point or an offset in the plane, in the editor's units.
-
-    Attributes
-    ----------
-    x : float
-        To the right.
-    y : float
-        Downwards.
-    """
+    """A point or an offset in the plane, in the editor's units."""
 
     x: float = Ecore.EAttribute(eType=Ecore.EDouble, lower=1, required=True)
+    """To the right."""
     y: float = Ecore.EAttribute(eType=Ecore.EDouble, lower=1, required=True)
+    """Downwards."""
 
     __setattr__ = refuse_unknown
     notify = notify_listeners
@@ -176,24 +144,16 @@ class Point(EObject, metaclass=MetaEClass):
 
 
 class Graphics(EObject, metaclass=MetaEClass):
-    """Layout of an element (ISO/IEC 15909-2, clause 7.1.1).
+    """Layout of an element (ISO/IEC 15909-2, clause 7.1.1)."""
 
-    Attributes
-    ----------
-    positions : ModelList[Point]
-        One point for a node, the bend points for an arc.
-    offset : Point | None
-        Offset of a label from its element.
-    dimension : Point | None
-        Width (x) and height (y).
-    style : str | None
-        The PNML elements fill, line and font, as XML text.
-    """
-
-    positions: ModelList[Point] = Ecore.EReference(containment=True, upper=-1)
-    offset: Point | None = Ecore.EReference(containment=True)
-    dimension: Point | None = Ecore.EReference(containment=True)
+    positions: ModelList[Point] = reference("Point", containment=True, upper=-1)
+    """One point for a node, the bend points for an arc."""
+    offset: Point | None = reference("Point", containment=True)
+    """Offset of a label from its element."""
+    dimension: Point | None = reference("Point", containment=True)
+    """Width (x) and height (y)."""
     style: str | None = Ecore.EAttribute(eType=Ecore.EString)
+    """The PNML elements fill, line and font, as XML text."""
 
     __setattr__ = refuse_unknown
     notify = notify_listeners
@@ -213,21 +173,14 @@ class Graphics(EObject, metaclass=MetaEClass):
 
 
 class Label(EObject, metaclass=MetaEClass):
-    """Layout of one text label of an element.
-
-    Attributes
-    ----------
-    kind : LabelKind
-        Which label.
-    graphics : Graphics | None
-        Its layout.
-    toolInfos : ModelList[ToolInfo]
-        Blocks of other tools inside the label.
-    """
+    """Layout of one text label of an element."""
 
     kind: LabelKind = Ecore.EAttribute(eType=LabelKind, default_value=LabelKind.elementName)
-    graphics: Graphics | None = Ecore.EReference(containment=True)
-    toolInfos: ModelList[ToolInfo] = Ecore.EReference(containment=True, upper=-1)
+    """Which label."""
+    graphics: Graphics | None = reference("Graphics", containment=True)
+    """Its layout."""
+    toolInfos: ModelList[ToolInfo] = reference("ToolInfo", containment=True, upper=-1)
+    """Blocks of other tools inside the label."""
 
     __setattr__ = refuse_unknown
     notify = notify_listeners
@@ -246,21 +199,14 @@ class Label(EObject, metaclass=MetaEClass):
 
 
 class ToolInfo(EObject, metaclass=MetaEClass):
-    """A block of another tool (ISO/IEC 15909-2, toolspecific), kept through loading and saving.
-
-    Attributes
-    ----------
-    tool : str
-        Name of the tool.
-    version : str
-        Version of the tool.
-    content : str | None
-        The whole block as XML text.
-    """
+    """A block of another tool (ISO/IEC 15909-2, toolspecific), kept through loading and saving."""
 
     tool: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
+    """Name of the tool."""
     version: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
+    """Version of the tool."""
     content: str | None = Ecore.EAttribute(eType=Ecore.EString)
+    """The whole block as XML text."""
 
     __setattr__ = refuse_unknown
     notify = notify_listeners
@@ -279,21 +225,14 @@ class ToolInfo(EObject, metaclass=MetaEClass):
 
 
 class Suppression(EObject, metaclass=MetaEClass):
-    """A finding of a check that was accepted: it is reported as suppressed and does not fail the check.
-
-    Attributes
-    ----------
-    rule : str
-        The rule of the finding, such as queue-overflow.
-    reason : str
-        Why it is accepted; shown in every report.
-    until : str | None
-        The last day on which it is accepted, such as 2027-03-31; always where it is absent.
-    """
+    """A finding of a check that was accepted: it is reported as suppressed and does not fail the check."""
 
     rule: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
+    """The rule of the finding, such as queue-overflow."""
     reason: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
+    """Why it is accepted; shown in every report."""
     until: str | None = Ecore.EAttribute(eType=Ecore.EString)
+    """The last day on which it is accepted, such as 2027-03-31; always where it is absent."""
 
     __setattr__ = refuse_unknown
     notify = notify_listeners
@@ -312,27 +251,18 @@ class Suppression(EObject, metaclass=MetaEClass):
 
 
 class TimeInterval(EObject, metaclass=MetaEClass):
-    """Firing interval of a time Petri net (Merlin).
-
-    Attributes
-    ----------
-    earliest : float
-        Earliest firing time.
-    latest : float | None
-        Latest firing time; absent: unbounded.
-    earliestExcluded : bool
-        The interval is open at its start.
-    latestExcluded : bool
-        The interval is open at its end.
-    source : str | None
-        Where a measured interval comes from: the recording, the number of times and their quantiles.
-    """
+    """Firing interval of a time Petri net (Merlin)."""
 
     earliest: float = Ecore.EAttribute(eType=Ecore.EDouble, default_value=0.0)
+    """Earliest firing time."""
     latest: float | None = Ecore.EAttribute(eType=Ecore.EDoubleObject)
+    """Latest firing time; absent: unbounded."""
     earliestExcluded: bool = Ecore.EAttribute(eType=Ecore.EBoolean, default_value=False)
+    """The interval is open at its start."""
     latestExcluded: bool = Ecore.EAttribute(eType=Ecore.EBoolean, default_value=False)
+    """The interval is open at its end."""
     source: str | None = Ecore.EAttribute(eType=Ecore.EString)
+    """Where a measured interval comes from: the recording, the number of times and their quantiles."""
 
     __setattr__ = refuse_unknown
     notify = notify_listeners
@@ -353,15 +283,10 @@ class TimeInterval(EObject, metaclass=MetaEClass):
 
 
 class Net(Element):
-    """A Petri net: pages with places, transitions and arcs.
+    """A Petri net: pages with places, transitions and arcs."""
 
-    Attributes
-    ----------
-    pages : ModelList[Page]
-        Top-level pages, in order.
-    """
-
-    pages: ModelList[Page] = Ecore.EReference(containment=True, upper=-1)
+    pages: ModelList[Page] = reference("Page", opposite="net", containment=True, upper=-1)
+    """Top-level pages, in order."""
 
     def __init__(
         self,
@@ -382,15 +307,10 @@ class Net(Element):
 
 @Ecore.abstract
 class PageObject(Element):
-    """What a page may hold besides arcs.
+    """What a page may hold besides arcs."""
 
-    Attributes
-    ----------
-    page : Page | None
-        The page it stands on.
-    """
-
-    page: Page | None = Ecore.EReference()
+    page: Page | None = reference("Page")
+    """The page it stands on."""
 
     def __init__(
         self,
@@ -410,27 +330,18 @@ class PageObject(Element):
 
 
 class Arc(Element):
-    """Joins a place and a transition (or references to them) of the same page.
+    """Joins a place and a transition (or references to them) of the same page."""
 
-    Attributes
-    ----------
-    page : Page | None
-        The page it stands on.
-    source : Node
-        Where it starts.
-    target : Node
-        Where it ends.
-    weight : int
-        1 or more.
-    kind : ArcKind
-        What it asks and does.
-    """
-
-    page: Page | None = Ecore.EReference()
-    source: Node = Ecore.EReference(lower=1, required=True)
-    target: Node = Ecore.EReference(lower=1, required=True)
+    page: Page | None = reference("Page", opposite="arcs")
+    """The page it stands on."""
+    source: Node = reference("Node", opposite="outgoing", lower=1, required=True)
+    """Where it starts."""
+    target: Node = reference("Node", opposite="incoming", lower=1, required=True)
+    """Where it ends."""
     weight: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=1)
+    """1 or more."""
     kind: ArcKind = Ecore.EAttribute(eType=ArcKind, default_value=ArcKind.normal)
+    """What it asks and does."""
 
     def __init__(
         self,
@@ -454,21 +365,14 @@ class Arc(Element):
 
 
 class Page(PageObject):
-    """Part of a net; pages nest and add no semantics.
+    """Part of a net; pages nest and add no semantics."""
 
-    Attributes
-    ----------
-    net : Net | None
-        The net, for a top-level page.
-    objects : ModelList[PageObject]
-        Nodes and nested pages, in order.
-    arcs : ModelList[Arc]
-        Arcs between nodes of this page, in order.
-    """
-
-    net: Net | None = Ecore.EReference()
-    objects: ModelList[PageObject] = Ecore.EReference(containment=True, upper=-1)
-    arcs: ModelList[Arc] = Ecore.EReference(containment=True, upper=-1)
+    net: Net | None = reference("Net")
+    """The net, for a top-level page."""
+    objects: ModelList[PageObject] = reference("PageObject", opposite="page", containment=True, upper=-1)
+    """Nodes and nested pages, in order."""
+    arcs: ModelList[Arc] = reference("Arc", containment=True, upper=-1)
+    """Arcs between nodes of this page, in order."""
 
     def __init__(
         self,
@@ -492,18 +396,12 @@ class Page(PageObject):
 
 @Ecore.abstract
 class Node(PageObject):
-    """Place, transition, or a reference to one.
+    """Place, transition, or a reference to one."""
 
-    Attributes
-    ----------
-    outgoing : ModelList[Arc]
-        Arcs that start here.
-    incoming : ModelList[Arc]
-        Arcs that end here.
-    """
-
-    outgoing: ModelList[Arc] = Ecore.EReference(upper=-1, transient=True)
-    incoming: ModelList[Arc] = Ecore.EReference(upper=-1, transient=True)
+    outgoing: ModelList[Arc] = reference("Arc", upper=-1, transient=True)
+    """Arcs that start here."""
+    incoming: ModelList[Arc] = reference("Arc", upper=-1, transient=True)
+    """Arcs that end here."""
 
     def __init__(
         self,
@@ -571,18 +469,12 @@ class TransitionNode(Node):
 
 
 class Place(PlaceNode):
-    """Holds tokens.
-
-    Attributes
-    ----------
-    tokens : int
-        Tokens in the initial marking, 0 or more.
-    capacity : int | None
-        Largest number of tokens that it may hold, 1 or more; absent: any.
-    """
+    """Holds tokens."""
 
     tokens: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=0)
+    """Tokens in the initial marking, 0 or more."""
     capacity: int | None = Ecore.EAttribute(eType=Ecore.EIntegerObject)
+    """Largest number of tokens that it may hold, 1 or more; absent: any."""
 
     def __init__(
         self,
@@ -606,18 +498,12 @@ class Place(PlaceNode):
 
 
 class Transition(TransitionNode):
-    """Changes the marking when it fires.
+    """Changes the marking when it fires."""
 
-    Attributes
-    ----------
-    interval : TimeInterval | None
-        Earliest and latest firing time since it became enabled.
-    overrides : ModelList[Transition]
-        Transitions of lower priority: they may not fire while this one is enabled.
-    """
-
-    interval: TimeInterval | None = Ecore.EReference(containment=True)
-    overrides: ModelList[Transition] = Ecore.EReference(upper=-1)
+    interval: TimeInterval | None = reference("TimeInterval", containment=True)
+    """Earliest and latest firing time since it became enabled."""
+    overrides: ModelList[Transition] = reference("Transition", upper=-1)
+    """Transitions of lower priority: they may not fire while this one is enabled."""
 
     def __init__(
         self,
@@ -641,15 +527,10 @@ class Transition(TransitionNode):
 
 
 class ReferencePlace(PlaceNode):
-    """Stands for a place of another page.
+    """Stands for a place of another page."""
 
-    Attributes
-    ----------
-    target : PlaceNode
-        The place, or a reference to it.
-    """
-
-    target: PlaceNode = Ecore.EReference(lower=1, required=True)
+    target: PlaceNode = reference("PlaceNode", lower=1, required=True)
+    """The place, or a reference to it."""
 
     def __init__(
         self,
@@ -672,15 +553,10 @@ class ReferencePlace(PlaceNode):
 
 
 class ReferenceTransition(TransitionNode):
-    """Stands for a transition of another page.
+    """Stands for a transition of another page."""
 
-    Attributes
-    ----------
-    target : TransitionNode
-        The transition, or a reference to it.
-    """
-
-    target: TransitionNode = Ecore.EReference(lower=1, required=True)
+    target: TransitionNode = reference("TransitionNode", lower=1, required=True)
+    """The transition, or a reference to it."""
 
     def __init__(
         self,
@@ -702,45 +578,4 @@ class ReferenceTransition(TransitionNode):
         initialise(locals())
 
 
-resolve_references(
-    types=[
-        (Element.graphics, Graphics),
-        (Element.labels, Label),
-        (Element.toolInfos, ToolInfo),
-        (Element.suppressions, Suppression),
-        (Graphics.positions, Point),
-        (Graphics.offset, Point),
-        (Graphics.dimension, Point),
-        (Label.graphics, Graphics),
-        (Label.toolInfos, ToolInfo),
-        (Net.pages, Page),
-        (PageObject.page, Page),
-        (Arc.page, Page),
-        (Arc.source, Node),
-        (Arc.target, Node),
-        (Page.net, Net),
-        (Page.objects, PageObject),
-        (Page.arcs, Arc),
-        (Node.outgoing, Arc),
-        (Node.incoming, Arc),
-        (Transition.interval, TimeInterval),
-        (Transition.overrides, Transition),
-        (ReferencePlace.target, PlaceNode),
-        (ReferenceTransition.target, TransitionNode),
-    ],
-    opposites=[
-        (Net.pages, Page.net),
-        (Arc.page, Page.arcs),
-        (Arc.source, Node.outgoing),
-        (Arc.target, Node.incoming),
-        (Page.objects, PageObject.page),
-    ],
-)
-
-for _enumeration in (
-    ArcKind,
-    LabelKind,
-):
-    eClassifiers[_enumeration.name] = _enumeration
-    eClass.eClassifiers.append(_enumeration)
-global_registry[nsURI] = sys.modules[__name__]
+complete(sys.modules[__name__])

@@ -8,10 +8,9 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterable
 from functools import partial
-from typing import TYPE_CHECKING, Any, ClassVar, Never
+from typing import Any, ClassVar, Never
 
 import pyecore.ecore as Ecore
-from pyecore.resources import global_registry
 
 from dineros.metamodel import pn
 from dineros.metamodel.base import (
@@ -19,11 +18,12 @@ from dineros.metamodel.base import (
     EObject,
     MetaEClass,
     ModelList,
+    complete,
     enumeration,
     initialise,
     notify_listeners,
+    reference,
     refuse_unknown,
-    resolve_references,
     show,
 )
 
@@ -46,63 +46,42 @@ __all__ = [
     "SignalVariant",
 ]
 
-if TYPE_CHECKING:
 
-    class SignalVariant(EnumLiteral):
-        """How signals may change (rules I1 to I6)."""
+@enumeration
+class SignalVariant(EnumLiteral):
+    """How signals may change (rules I1 to I6)."""
 
-        none: ClassVar[SignalVariant]
-        """Clauses and signals are dropped."""
-        fullyEnabled: ClassVar[SignalVariant]
-        """At any time."""
-        inputEnabled: ClassVar[SignalVariant]
-        """While the inputs of a transition that uses them are marked."""
-        ioEnabled: ClassVar[SignalVariant]
-        """As inputEnabled, or while its outputs are marked."""
+    none: ClassVar[SignalVariant]
+    """Clauses and signals are dropped."""
+    fullyEnabled: ClassVar[SignalVariant]
+    """At any time."""
+    inputEnabled: ClassVar[SignalVariant]
+    """While the inputs of a transition that uses them are marked."""
+    ioEnabled: ClassVar[SignalVariant]
+    """As inputEnabled, or while its outputs are marked."""
 
-    class OverflowVariant(EnumLiteral):
-        """How a full queue drops (rules T5a and T5b)."""
 
-        weighted: ClassVar[OverflowVariant]
-        """Ordinary arcs on Load (T5b)."""
-        inhibitor: ClassVar[OverflowVariant]
-        """Inhibitor arc on Capacity (T5a)."""
+@enumeration
+class OverflowVariant(EnumLiteral):
+    """How a full queue drops (rules T5a and T5b)."""
 
-else:
-    SignalVariant = enumeration(
-        "SignalVariant",
-        [
-            "none",
-            "fullyEnabled",
-            "inputEnabled",
-            "ioEnabled",
-        ],
-    )
-    OverflowVariant = enumeration(
-        "OverflowVariant",
-        [
-            "weighted",
-            "inhibitor",
-        ],
-    )
+    weighted: ClassVar[OverflowVariant]
+    """Ordinary arcs on Load (T5b)."""
+    inhibitor: ClassVar[OverflowVariant]
+    """Inhibitor arc on Capacity (T5a)."""
 
 
 class PlaceInvariant(EObject, metaclass=MetaEClass):
-    """Weighted sum of tokens that no firing changes.
-
-    Attributes
-    ----------
-    name : str
-        What it says.
-    value : int
-        The sum.
-    terms : ModelList[InvariantTerm]
-        Places and their weights.
-    """
+    """Weighted sum of tokens that no firing changes."""
 
     name: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
+    """What it says."""
     value: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=0)
-    terms: ModelList[InvariantTerm] = Ecore.EReference(containment=True, lower=1, required=True, upper=-1)
+    """The sum."""
+    terms: ModelList[InvariantTerm] = reference(
+        "InvariantTerm", containment=True, lower=1, required=True, upper=-1
+    )
+    """Places and their weights."""
 
     __setattr__ = refuse_unknown
     notify = notify_listeners
@@ -121,18 +100,12 @@ class PlaceInvariant(EObject, metaclass=MetaEClass):
 
 
 class InvariantTerm(EObject, metaclass=MetaEClass):
-    """A place of an invariant.
+    """A place of an invariant."""
 
-    Attributes
-    ----------
-    place : pn.Place
-        The place.
-    weight : int
-        Its weight.
-    """
-
-    place: pn.Place = Ecore.EReference(lower=1, required=True)
+    place: pn.Place = reference("pn.Place", lower=1, required=True)
+    """The place."""
     weight: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=1)
+    """Its weight."""
 
     __setattr__ = refuse_unknown
     notify = notify_listeners
@@ -144,26 +117,18 @@ class InvariantTerm(EObject, metaclass=MetaEClass):
 
 
 class PetriNetModel(pn.Net):
-    """A plain net without references and nested pages.
-
-    Attributes
-    ----------
-    systemModel : str
-        Id of the system model it was made from.
-    signals : SignalVariant
-        Signal rules used.
-    overflow : OverflowVariant
-        Overflow rule used.
-    certificate : ModelList[PlaceInvariant]
-        Place invariants that the rules guarantee.
-    """
+    """A plain net without references and nested pages."""
 
     systemModel: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
+    """Id of the system model it was made from."""
     signals: SignalVariant = Ecore.EAttribute(eType=SignalVariant, default_value=SignalVariant.inputEnabled)
+    """Signal rules used."""
     overflow: OverflowVariant = Ecore.EAttribute(
         eType=OverflowVariant, default_value=OverflowVariant.weighted
     )
-    certificate: ModelList[PlaceInvariant] = Ecore.EReference(containment=True, upper=-1)
+    """Overflow rule used."""
+    certificate: ModelList[PlaceInvariant] = reference("PlaceInvariant", containment=True, upper=-1)
+    """Place invariants that the rules guarantee."""
 
     def __init__(
         self,
@@ -209,19 +174,4 @@ class Sheet(pn.Page):
         initialise(locals())
 
 
-resolve_references(
-    types=[
-        (PlaceInvariant.terms, InvariantTerm),
-        (InvariantTerm.place, pn.Place),
-        (PetriNetModel.certificate, PlaceInvariant),
-    ],
-    opposites=[],
-)
-
-for _enumeration in (
-    SignalVariant,
-    OverflowVariant,
-):
-    eClassifiers[_enumeration.name] = _enumeration
-    eClass.eClassifiers.append(_enumeration)
-global_registry[nsURI] = sys.modules[__name__]
+complete(sys.modules[__name__])

@@ -11,17 +11,17 @@ from functools import partial
 from typing import Any, Never
 
 import pyecore.ecore as Ecore
-from pyecore.resources import global_registry
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import (
     EObject,
     MetaEClass,
     ModelList,
+    complete,
     initialise,
     notify_listeners,
+    reference,
     refuse_unknown,
-    resolve_references,
     show,
 )
 
@@ -50,21 +50,14 @@ __all__ = [
 
 @Ecore.abstract
 class PlacePort(EObject, metaclass=MetaEClass):
-    """What is sent from or received on a place.
-
-    Attributes
-    ----------
-    channel : str
-        Id of the channel in the system model.
-    type : str | None
-        ROS interface; absent: generated from the token type.
-    mappings : ModelList[sym.FieldMapping]
-        How fields of an existing ROS interface map to token fields.
-    """
+    """What is sent from or received on a place."""
 
     channel: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
+    """Id of the channel in the system model."""
     type: str | None = Ecore.EAttribute(eType=Ecore.EString)
-    mappings: ModelList[sym.FieldMapping] = Ecore.EReference(containment=True, upper=-1)
+    """ROS interface; absent: generated from the token type."""
+    mappings: ModelList[sym.FieldMapping] = reference("sym.FieldMapping", containment=True, upper=-1)
+    """How fields of an existing ROS interface map to token fields."""
 
     __setattr__ = refuse_unknown
     notify = notify_listeners
@@ -83,21 +76,14 @@ class PlacePort(EObject, metaclass=MetaEClass):
 
 
 class PublisherPort(PlacePort):
-    """Tokens are published on a topic.
-
-    Attributes
-    ----------
-    topic : str
-        Topic name.
-    limit : int
-        QoS depth.
-    qos : sym.QualityOfService | None
-        Quality of service.
-    """
+    """Tokens are published on a topic."""
 
     topic: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
+    """Topic name."""
     limit: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=10)
-    qos: sym.QualityOfService | None = Ecore.EReference(containment=True)
+    """QoS depth."""
+    qos: sym.QualityOfService | None = reference("sym.QualityOfService", containment=True)
+    """Quality of service."""
 
     def __init__(
         self,
@@ -115,31 +101,22 @@ class PublisherPort(PlacePort):
 
 
 class SubscriberPort(PlacePort):
-    """Messages of a topic become tokens.
-
-    Attributes
-    ----------
-    topic : str
-        Topic name.
-    limit : int
-        QoS depth.
-    dispatcherLimit : int
-        Capacity of the node's dispatcher queue.
-    inHand : int | None
-        Messages that the node takes before it has worked on them, -1 for any number; absent: as many as
-        one transition takes.
-    missed : sym.Place | None
-        Gets a token when the node has taken no message for the deadline; absent: nothing does.
-    qos : sym.QualityOfService | None
-        Quality of service.
-    """
+    """Messages of a topic become tokens."""
 
     topic: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
+    """Topic name."""
     limit: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=10)
+    """QoS depth."""
     dispatcherLimit: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=16)
+    """Capacity of the node's dispatcher queue."""
     inHand: int | None = Ecore.EAttribute(eType=Ecore.EIntegerObject)
-    missed: sym.Place | None = Ecore.EReference()
-    qos: sym.QualityOfService | None = Ecore.EReference(containment=True)
+    """Messages that the node takes before it has worked on them, -1 for any number; absent: as many as one
+    transition takes.
+    """
+    missed: sym.Place | None = reference("sym.Place")
+    """Gets a token when the node has taken no message for the deadline; absent: nothing does."""
+    qos: sym.QualityOfService | None = reference("sym.QualityOfService", containment=True)
+    """Quality of service."""
 
     def __init__(
         self,
@@ -160,30 +137,20 @@ class SubscriberPort(PlacePort):
 
 
 class ClientPort(PlacePort):
-    """Tokens are requests of a service.
-
-    Attributes
-    ----------
-    service : str
-        Service name.
-    client : str
-        Id of the client.
-    response : sym.Place
-        Receives the responses.
-    outstanding : int
-        Requests that the client has under way at most, -1 for any number.
-    timeout : float | None
-        Seconds until the client gives up; absent: it waits forever.
-    timedOut : sym.Place | None
-        Gets a token when the client gives up; absent: it is ready to ask again.
-    """
+    """Tokens are requests of a service."""
 
     service: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
+    """Service name."""
     client: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
-    response: sym.Place = Ecore.EReference(lower=1, required=True)
+    """Id of the client."""
+    response: sym.Place = reference("sym.Place", lower=1, required=True)
+    """Receives the responses."""
     outstanding: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=1)
+    """Requests that the client has under way at most, -1 for any number."""
     timeout: float | None = Ecore.EAttribute(eType=Ecore.EDoubleObject)
-    timedOut: sym.Place | None = Ecore.EReference()
+    """Seconds until the client gives up; absent: it waits forever."""
+    timedOut: sym.Place | None = reference("sym.Place")
+    """Gets a token when the client gives up; absent: it is ready to ask again."""
 
     def __init__(
         self,
@@ -204,30 +171,20 @@ class ClientPort(PlacePort):
 
 
 class ServerPort(PlacePort):
-    """Requests of a service become tokens.
-
-    Attributes
-    ----------
-    service : str
-        Service name.
-    exit : sym.Place
-        Holds the responses.
-    page : pn.Page
-        The server page.
-    instances : int
-        Number of server instances.
-    depth : int
-        Requests that wait for the server at most, under the rules of ROS 2.
-    outstanding : int
-        Requests that one of its clients has under way at most, -1 for any number.
-    """
+    """Requests of a service become tokens."""
 
     service: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
-    exit: sym.Place = Ecore.EReference(lower=1, required=True)
-    page: pn.Page = Ecore.EReference(lower=1, required=True)
+    """Service name."""
+    exit: sym.Place = reference("sym.Place", lower=1, required=True)
+    """Holds the responses."""
+    page: pn.Page = reference("pn.Page", lower=1, required=True)
+    """The server page."""
     instances: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=1)
+    """Number of server instances."""
     depth: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=10)
+    """Requests that wait for the server at most, under the rules of ROS 2."""
     outstanding: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=1)
+    """Requests that one of its clients has under way at most, -1 for any number."""
 
     def __init__(
         self,
@@ -248,45 +205,30 @@ class ServerPort(PlacePort):
 
 
 class ActionClientPort(PlacePort):
-    """Tokens are goals of an action.
-
-    Attributes
-    ----------
-    action : str
-        Action name.
-    client : str
-        Id of the client.
-    succeeded : sym.Place | None
-        Receives results of goals that succeeded; absent: no client fetches them.
-    aborted : sym.Place | None
-        Receives results of goals that were aborted; absent: no client fetches them.
-    canceled : sym.Place | None
-        Receives results of goals that were canceled; absent: no client fetches them.
-    accepted : sym.Place | None
-        Gets a token when the client learns that the server has accepted a goal; absent: it does not ask.
-    rejected : sym.Place | None
-        Gets a token when the server refuses a goal.
-    cancel : sym.Place | None
-        A token here asks the server to cancel the goal.
-    feedback : sym.Place | None
-        Receives feedback.
-    outstanding : int
-        Goals that the client has under way at most, 1 or more.
-    depth : int
-        QoS depth of the feedback.
-    """
+    """Tokens are goals of an action."""
 
     action: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
+    """Action name."""
     client: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
-    succeeded: sym.Place | None = Ecore.EReference()
-    aborted: sym.Place | None = Ecore.EReference()
-    canceled: sym.Place | None = Ecore.EReference()
-    accepted: sym.Place | None = Ecore.EReference()
-    rejected: sym.Place | None = Ecore.EReference()
-    cancel: sym.Place | None = Ecore.EReference()
-    feedback: sym.Place | None = Ecore.EReference()
+    """Id of the client."""
+    succeeded: sym.Place | None = reference("sym.Place")
+    """Receives results of goals that succeeded; absent: no client fetches them."""
+    aborted: sym.Place | None = reference("sym.Place")
+    """Receives results of goals that were aborted; absent: no client fetches them."""
+    canceled: sym.Place | None = reference("sym.Place")
+    """Receives results of goals that were canceled; absent: no client fetches them."""
+    accepted: sym.Place | None = reference("sym.Place")
+    """Gets a token when the client learns that the server has accepted a goal; absent: it does not ask."""
+    rejected: sym.Place | None = reference("sym.Place")
+    """Gets a token when the server refuses a goal."""
+    cancel: sym.Place | None = reference("sym.Place")
+    """A token here asks the server to cancel the goal."""
+    feedback: sym.Place | None = reference("sym.Place")
+    """Receives feedback."""
     outstanding: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=1)
+    """Goals that the client has under way at most, 1 or more."""
     depth: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=10)
+    """QoS depth of the feedback."""
 
     def __init__(
         self,
@@ -312,42 +254,28 @@ class ActionClientPort(PlacePort):
 
 
 class ActionServerPort(PlacePort):
-    """Goals of an action that are accepted become tokens.
-
-    Attributes
-    ----------
-    action : str
-        Action name.
-    page : pn.Page
-        What works on a goal.
-    succeeded : sym.Place | None
-        Holds results of goals that succeed; absent: none does.
-    aborted : sym.Place | None
-        Holds results of goals that are aborted; absent: none is.
-    canceled : sym.Place | None
-        Holds results of goals that are canceled; absent: none is.
-    cancel : sym.Place | None
-        Gets a token when the goal is to be canceled; absent: all requests to cancel are refused.
-    feedback : sym.Place | None
-        Holds feedback for the client whose goal it is; absent: it gives none.
-    mayReject : bool
-        Whether the server may refuse a goal.
-    instances : int
-        Number of goals that it works on at once.
-    depth : int
-        QoS depth of the feedback.
-    """
+    """Goals of an action that are accepted become tokens."""
 
     action: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
-    page: pn.Page = Ecore.EReference(lower=1, required=True)
-    succeeded: sym.Place | None = Ecore.EReference()
-    aborted: sym.Place | None = Ecore.EReference()
-    canceled: sym.Place | None = Ecore.EReference()
-    cancel: sym.Place | None = Ecore.EReference()
-    feedback: sym.Place | None = Ecore.EReference()
+    """Action name."""
+    page: pn.Page = reference("pn.Page", lower=1, required=True)
+    """What works on a goal."""
+    succeeded: sym.Place | None = reference("sym.Place")
+    """Holds results of goals that succeed; absent: none does."""
+    aborted: sym.Place | None = reference("sym.Place")
+    """Holds results of goals that are aborted; absent: none is."""
+    canceled: sym.Place | None = reference("sym.Place")
+    """Holds results of goals that are canceled; absent: none is."""
+    cancel: sym.Place | None = reference("sym.Place")
+    """Gets a token when the goal is to be canceled; absent: all requests to cancel are refused."""
+    feedback: sym.Place | None = reference("sym.Place")
+    """Holds feedback for the client whose goal it is; absent: it gives none."""
     mayReject: bool = Ecore.EAttribute(eType=Ecore.EBoolean, default_value=False)
+    """Whether the server may refuse a goal."""
     instances: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=1)
+    """Number of goals that it works on at once."""
     depth: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=10)
+    """QoS depth of the feedback."""
 
     def __init__(
         self,
@@ -372,27 +300,18 @@ class ActionServerPort(PlacePort):
 
 
 class RuntimeModel(pn.Net):
-    """The part of a system model that one ROS node runs.
+    """The part of a system model that one ROS node runs."""
 
-    Attributes
-    ----------
-    node : sym.NodeNet
-        The node net, on one of the pages.
-    tokenType : sym.TokenType | None
-        What tokens carry in places that name no other type.
-    otherTokenTypes : ModelList[sym.TokenType]
-        Further token types, which its places name.
-    systemModel : str
-        Id of the system model it was split from.
-    middleware : sym.Middleware
-        Whose queues its topics have.
-    """
-
-    node: sym.NodeNet = Ecore.EReference(lower=1, required=True)
-    tokenType: sym.TokenType | None = Ecore.EReference(containment=True)
-    otherTokenTypes: ModelList[sym.TokenType] = Ecore.EReference(containment=True, upper=-1)
+    node: sym.NodeNet = reference("sym.NodeNet", lower=1, required=True)
+    """The node net, on one of the pages."""
+    tokenType: sym.TokenType | None = reference("sym.TokenType", containment=True)
+    """What tokens carry in places that name no other type."""
+    otherTokenTypes: ModelList[sym.TokenType] = reference("sym.TokenType", containment=True, upper=-1)
+    """Further token types, which its places name."""
     systemModel: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
+    """Id of the system model it was split from."""
     middleware: sym.Middleware = Ecore.EAttribute(eType=sym.Middleware, default_value=sym.Middleware.ros1)
+    """Whose queues its topics have."""
 
     def __init__(
         self,
@@ -417,15 +336,10 @@ class RuntimeModel(pn.Net):
 
 
 class Place(sym.Place):
-    """A place with the ports it serves.
+    """A place with the ports it serves."""
 
-    Attributes
-    ----------
-    ports : ModelList[PlacePort]
-        Its ports.
-    """
-
-    ports: ModelList[PlacePort] = Ecore.EReference(containment=True, upper=-1)
+    ports: ModelList[PlacePort] = reference("PlacePort", containment=True, upper=-1)
+    """Its ports."""
 
     def __init__(
         self,
@@ -452,35 +366,4 @@ class Place(sym.Place):
         initialise(locals())
 
 
-resolve_references(
-    types=[
-        (PlacePort.mappings, sym.FieldMapping),
-        (PublisherPort.qos, sym.QualityOfService),
-        (SubscriberPort.missed, sym.Place),
-        (SubscriberPort.qos, sym.QualityOfService),
-        (ClientPort.response, sym.Place),
-        (ClientPort.timedOut, sym.Place),
-        (ServerPort.exit, sym.Place),
-        (ServerPort.page, pn.Page),
-        (ActionClientPort.succeeded, sym.Place),
-        (ActionClientPort.aborted, sym.Place),
-        (ActionClientPort.canceled, sym.Place),
-        (ActionClientPort.accepted, sym.Place),
-        (ActionClientPort.rejected, sym.Place),
-        (ActionClientPort.cancel, sym.Place),
-        (ActionClientPort.feedback, sym.Place),
-        (ActionServerPort.page, pn.Page),
-        (ActionServerPort.succeeded, sym.Place),
-        (ActionServerPort.aborted, sym.Place),
-        (ActionServerPort.canceled, sym.Place),
-        (ActionServerPort.cancel, sym.Place),
-        (ActionServerPort.feedback, sym.Place),
-        (RuntimeModel.node, sym.NodeNet),
-        (RuntimeModel.tokenType, sym.TokenType),
-        (RuntimeModel.otherTokenTypes, sym.TokenType),
-        (Place.ports, PlacePort),
-    ],
-    opposites=[],
-)
-
-global_registry[nsURI] = sys.modules[__name__]
+complete(sys.modules[__name__])

@@ -11,16 +11,16 @@ from functools import partial
 from typing import Any, Never
 
 import pyecore.ecore as Ecore
-from pyecore.resources import global_registry
 
 from dineros.metamodel.base import (
     EObject,
     MetaEClass,
     ModelList,
+    complete,
     initialise,
     notify_listeners,
+    reference,
     refuse_unknown,
-    resolve_references,
     show,
 )
 
@@ -41,21 +41,14 @@ __all__ = [
 
 
 class TraceModel(EObject, metaclass=MetaEClass):
-    """Trace links of one transformation.
-
-    Attributes
-    ----------
-    source : str | None
-        File or id of the source model.
-    target : str | None
-        File or id of the target model.
-    links : ModelList[TraceLink]
-        The links, in the order they were made.
-    """
+    """Trace links of one transformation."""
 
     source: str | None = Ecore.EAttribute(eType=Ecore.EString)
+    """File or id of the source model."""
     target: str | None = Ecore.EAttribute(eType=Ecore.EString)
-    links: ModelList[TraceLink] = Ecore.EReference(containment=True, upper=-1)
+    """File or id of the target model."""
+    links: ModelList[TraceLink] = reference("TraceLink", containment=True, upper=-1)
+    """The links, in the order they were made."""
 
     __setattr__ = refuse_unknown
     notify = notify_listeners
@@ -74,34 +67,24 @@ class TraceModel(EObject, metaclass=MetaEClass):
 
 
 class TraceLink(EObject, metaclass=MetaEClass):
-    """One created element.
-
-    Attributes
-    ----------
-    rule : str
-        Name of the rule.
-    role : str
-        Name of the element in the rule's right-hand side.
-    application : int
-        Number of the rule application; links with the same number were made together.
-    index : int | None
-        Number of the server instance, from 1, where there is one.
-    clientIndex : int | None
-        Number of the server instance whose call it belongs to, from 1, where the client stands on a
-        server page.
-    sources : ModelList[EObject]
-        Elements the rule matched.
-    target : EObject
-        The element it made.
-    """
+    """One created element."""
 
     rule: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
+    """Name of the rule."""
     role: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
+    """Name of the element in the rule's right-hand side."""
     application: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=0)
+    """Number of the rule application; links with the same number were made together."""
     index: int | None = Ecore.EAttribute(eType=Ecore.EIntegerObject)
+    """Number of the server instance, from 1, where there is one."""
     clientIndex: int | None = Ecore.EAttribute(eType=Ecore.EIntegerObject)
-    sources: ModelList[EObject] = Ecore.EReference(upper=-1)
-    target: EObject = Ecore.EReference(lower=1, required=True)
+    """Number of the server instance whose call it belongs to, from 1, where the client stands on a server
+    page.
+    """
+    sources: ModelList[EObject] = reference("EObject", upper=-1)
+    """Elements the rule matched."""
+    target: EObject = reference("EObject", lower=1, required=True)
+    """The element it made."""
 
     __setattr__ = refuse_unknown
     notify = notify_listeners
@@ -123,13 +106,4 @@ class TraceLink(EObject, metaclass=MetaEClass):
         initialise(locals())
 
 
-resolve_references(
-    types=[
-        (TraceModel.links, TraceLink),
-        (TraceLink.sources, EObject),
-        (TraceLink.target, EObject),
-    ],
-    opposites=[],
-)
-
-global_registry[nsURI] = sys.modules[__name__]
+complete(sys.modules[__name__])

@@ -88,7 +88,7 @@ class Rule(Maker, metaclass=RuleType):
 
 def _matched(cls: type[Rule], names: dict[str, Any]) -> Iterator[Variable]:
     """Yield the elements that a class body matches, without those of `Absent` and `ForAll` only."""
-    inner = {node for pattern in cls.absent for node in pattern.nodes}
+    inner: set[Variable] = {node for pattern in cls.absent for node in pattern.nodes}
     for value in names.values():
         for item in value if isinstance(value, list) else [value]:
             if isinstance(item, ForAll):
