@@ -132,7 +132,7 @@ def wrap(text: str, indent: int) -> str:
 
 
 def docstring(element: ecore.EModelElement, indent: int) -> str:
-    """Return the documentation of an element as a docstring; after several lines, the quotes have their own."""
+    """Return the documentation of an element as a docstring; after several lines, the quotes have a line."""
     text = wrap(documentation(element), indent)
     end = "\n" + " " * indent if "\n" in text else ""
     return f'"""{text}{end}"""'
