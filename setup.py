@@ -1,4 +1,4 @@
-"""List the packages inside the rooms; everything else about the build stands in ``pyproject.toml``.
+"""List the packages inside the rooms; everything else about the build is in ``pyproject.toml``.
 
 ``packages.find`` cannot put the ``dineros.`` prefix before what it finds in a mapped folder.
 """

@@ -85,7 +85,7 @@ def change(model: pn.Net, path: Path, settings: Iterable[str]) -> None:
         try:
             apply(model, setting)
         except DinerosError as error:
-            error.location = Location(path)  # the setting stands in no file; its model does
+            error.location = Location(path)  # the setting is not in a file; its model is
             raise
         note(f"set {setting}")
 

@@ -188,7 +188,7 @@ def step(
 ) -> sym.Transition:
     """Add a transition to a page: it takes a token of some places and puts one on others.
 
-    Those that stand on other pages are referred to. `clause` is a boolean expression over signals.
+    Those that are on other pages are referred to. `clause` is a boolean expression over signals.
 
     Raises
     ------
@@ -225,7 +225,7 @@ def suppress(element: pn.Element, rule: str, reason: str, until: str | None = No
 
 
 def here(place: pn.PlaceNode, page: pn.Page) -> pn.PlaceNode:
-    """Return a place that stands on a page; for one of another page, the reference to it, made if need be."""
+    """Return a place that is on a page; for one of another page, the reference to it, made if need be."""
     if place.page is page:
         return place
     for known in page.objects:

@@ -120,7 +120,7 @@ def find(net: pn.Net, id: str, kind: type[pn.Element] = pn.Element) -> pn.Elemen
 
 
 def node_net_of(element: EObject | None) -> sym.NodeNet | None:
-    """Return the node net an element stands in, itself included, or None outside of all node nets."""
+    """Return the node net an element is in, itself included, or None outside of all node nets."""
     while element is not None and not isinstance(element, sym.NodeNet):
         element = element.eContainer()
     return element

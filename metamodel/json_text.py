@@ -122,7 +122,7 @@ def distinct(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     Raises
     ------
     ValueError
-        A key stands in it twice.
+        An object has a key twice.
     """
     known = dict(pairs)
     if len(known) < len(pairs):

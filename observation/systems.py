@@ -192,9 +192,9 @@ class ObservedSystem:
     topics : tuple of RecordedTopic
         Topics seen without their nodes, in order of their names: those of a recording.
     departed : tuple of str
-        Names of nodes that went while they were watched. They stand in `nodes`, with what was seen of them.
+        Names of nodes that went while they were watched. They are in `nodes`, with what was seen of them.
     duplicates : tuple of str
-        Names that more than one node has; what was seen of these nodes stands in one of `nodes`.
+        Names that more than one node has; what was seen of these nodes is in one of `nodes`.
     services : tuple of RecordedService
         Services seen without their nodes, in order of their names: those of a recording.
     left_out : tuple of str

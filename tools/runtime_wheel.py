@@ -1,7 +1,7 @@
 """Build the wheel ``dineros-runtime``: what a robot needs, from the same sources.
 
 Usage: ``tools/runtime_wheel.py [FOLDER]``, by default ``dist``. Which rooms it holds and what they need
-stands in ``pyproject.toml``, in the table ``tool.dineros.runtime``; all else is as for ``dineros`` itself.
+is in ``pyproject.toml``, in the table ``tool.dineros.runtime``; all else is as for ``dineros`` itself.
 Whoever has ``dineros`` has all of it already: the two are not installed side by side.
 """
 

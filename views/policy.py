@@ -13,7 +13,7 @@ def content_policy(scripts: Iterable[str], *, connect: str = "'none'", workers: 
     Parameters
     ----------
     scripts : iterable of str
-        What stands in its script elements, to the letter; nothing else runs, neither a script element that
+        What is in its script elements, to the letter; nothing else runs, neither a script element that
         something puts into the page, nor a handler in an attribute.
     connect : str
         Where its scripts may connect to.

@@ -35,7 +35,7 @@ class Call:
     client : sym.ClientPort or sym.ActionClientPort
         The client.
     index : int or None
-        Number of the server instance or slot whose page it stands on.
+        Number of the server instance or slot whose page it is on.
     request : pn.Place
         Where the model puts what is asked.
     answers : frozenset of pn.Place

@@ -17,7 +17,7 @@ SET_BITS = 64
 
 
 class NetTables(NamedTuple):
-    """A net over the cells of a layout. Transitions stand in the engine's own order."""
+    """A net over the cells of a layout. Transitions are in the engine's own order."""
 
     word: Any  #: by cell
     shift: Any  #: by cell

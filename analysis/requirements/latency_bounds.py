@@ -5,7 +5,7 @@
 ``X responds within 0.02``  each run of the callback X ends so many seconds after its release
 ==========================  ====================================================
 
-X and Y are callbacks or topics, as for `dineros latency`; a name with spaces stands in quotes. An instance of
+X and Y are callbacks or topics, as for `dineros latency`; a name with spaces is in quotes. An instance of
 data that is lost on its way has no latency.
 """
 

@@ -259,7 +259,7 @@ class _CapacitySearch:
         return int(net.initial[net.places.index(queue.capacity)])
 
     def _least(self, queue: Queue, space: SymbolicStateSpace) -> Capacity:
-        # A full queue has no capacity, by which its drop is inhibited, and drops what stands at its source.
+        # A full queue has no capacity, by which its drop is inhibited, and drops what is at its source.
         net, drops = self._subject.net, self._drops(queue)
         sources = [net.places[place] for drop in drops for place, _ in net.pre.row(drop)]
         needed = 1

@@ -6,7 +6,7 @@ event that a transition fires, ``L.dead`` the deadlock. An operator that is miss
 definition:
 
 * weak until, release and ``!=`` by until and negation;
-* ``<`` and ``>`` by ``<=``, since tokens are whole numbers; a subtracted place stands on the other side;
+* ``<`` and ``>`` by ``<=``, since tokens are whole numbers; a subtracted place is on the other side;
 * ``enabled(t)`` by the marking that enables t: selt has events, which are about the step taken, but nothing
   that says which steps could be taken.
 

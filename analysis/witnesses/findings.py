@@ -319,7 +319,7 @@ class Report:
     suppressed : list of Suppressed
         What is wrong but accepted by a suppression of the model.
     known : list of Finding
-        What is wrong but stands in the baseline.
+        Findings that the baseline has, too.
     has_baseline : bool
         Whether the report was compared with a baseline.
     gone : int

@@ -241,7 +241,7 @@ def to_junit(report: Report, model: pn.Net, path: Path, name: str = "dineros che
     """Return a report as JUnit XML: what is found fails, what is proved passes, what is unknown is skipped.
 
     A note passes, with its message as output: as for the exit status of `dineros check`. What is suppressed
-    or stands in the baseline is skipped, too, with the reason. The property ``times`` of the suite says that
+    or is in the baseline is skipped, too, with the reason. The property ``times`` of the suite says that
     firing intervals are taken into account, or left out, and which answers hold all the same. Each property
     ``assumes`` is an assumption of all proofs.
 

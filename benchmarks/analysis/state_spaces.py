@@ -2,7 +2,7 @@
 
 Each row runs in a process of its own, so that peak memory is its own; kernels are loaded before the clock
 starts. Seconds of wall-clock time mean something on a quiet machine only: processor seconds and the load
-stand beside them. The engines are `symbolic`, `explicit-1` and `explicit-2` (workers), `depth-first`, and
+are beside them. The engines are `symbolic`, `explicit-1` and `explicit-2` (workers), `depth-first`, and
 `reduced` (rules that keep the number of markings, then the symbolic engine; markings are those of the whole
 net).
 

@@ -1,6 +1,6 @@
 """A stranger who publishes on a topic of the flooded case study without end, beside the world.
 
-It stands in the domain of the nodes and offers what their subscriber asks for, so that its messages match.
+It is in the domain of the nodes and offers what their subscriber asks for, so that its messages match.
 ``python stranger.py RATE`` publishes about so many messages a second.
 """
 

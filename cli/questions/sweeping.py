@@ -90,7 +90,7 @@ class Sweeping:
                 progress=tell,
             )
         except DinerosError as error:
-            if not isinstance(error, SweepError):  # a setting stands in no file; its model does
+            if not isinstance(error, SweepError):  # a setting is not in a file; its model is
                 error.location = error.location or Location(self.model)
             raise
         except SweepInterrupt as interrupt:

@@ -15,7 +15,7 @@ from dineros.transformations.rules.catalogue import FAMILIES, Family, name_of
 
 LOG = logging.getLogger("mkdocs.hooks.rule_pages")
 
-INTRODUCTION = """What a rule matches stands on the left, what there is afterwards on the right. Underlined
+INTRODUCTION = """What a rule matches is on the left, what there is afterwards on the right. Underlined
 elements are the same on both sides; what the rule makes is bold and orange. A place or a group *by T1 for
 channel* is what T1 made when it matched that channel. Text in braces is filled in: `{channel.id}` is the id
 of the channel. [Rule language](../rule_language.md) explains the words,

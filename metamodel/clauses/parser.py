@@ -38,7 +38,7 @@ def parse(text: str) -> Expression:
     """Read a boolean expression over signals, such as ``Door & Mode <> 'idle'``.
 
     Operators, the weakest first: ``<->``, ``->``, ``|`` (``||``, ``∨``, ``or``), ``&`` (``&&``,
-    ``∧``, ``and``), ``!`` (``¬``, ``not``). Names that are not plain words stand in double quotes, values of
+    ``∧``, ``and``), ``!`` (``¬``, ``not``). Names that are not plain words are in double quotes, values of
     signals, compared by ``=`` and ``<>``, in single ones.
 
     Raises
@@ -139,7 +139,7 @@ class _ClauseBuilder:
 
 
 def _syntax_error(text: str, error: UnexpectedInput) -> ClauseError:
-    """Say in one line where the text stops being an expression and what could stand there."""
+    """Say in one line where the text stops being an expression and what could follow there."""
     from lark.exceptions import UnexpectedCharacters, UnexpectedToken
 
     line, column, found, expected, hint = error.line, error.column, "", set[str](), None

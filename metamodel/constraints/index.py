@@ -130,14 +130,14 @@ class Index:
     # Pages
 
     def page_of(self, element: EObject) -> pn.Page | None:
-        """Return the innermost page an element stands on, a page itself included."""
+        """Return the innermost page an element is on, a page itself included."""
         holder: EObject | None = element
         while holder is not None and not isinstance(holder, pn.Page):
             holder = holder.eContainer()
         return holder
 
     def node_net_of(self, element: EObject) -> sym.NodeNet | None:
-        """Return the node net an element stands in, itself included."""
+        """Return the node net an element is in, itself included."""
         page = self.page_of(element)
         return self._node_nets.get(page) if page is not None else None
 
@@ -151,7 +151,7 @@ class Index:
         return dict(pages)
 
     def server_page_of(self, element: EObject) -> pn.Page | None:
-        """Return the innermost server page an element stands on, itself included."""
+        """Return the innermost server page an element is on, itself included."""
         page = self.page_of(element)
         return self._server_page.get(page) if page is not None else None
 
@@ -160,7 +160,7 @@ class Index:
         return self._innermost(lambda page: page in self.server_pages)
 
     def callback_page_of(self, element: EObject) -> sym.CallbackPage | None:
-        """Return the innermost callback page an element stands on, itself included."""
+        """Return the innermost callback page an element is on, itself included."""
         page = self.page_of(element)
         return self._callback_page.get(page) if page is not None else None  # type: ignore[return-value]
 

@@ -122,7 +122,7 @@ class ConfinedFolder:
                 take_away_leftovers(folder)
 
     def _entries(self, path: str) -> list[tuple[str, int]]:
-        """Return names and modes of what stands in a folder."""
+        """Return names and modes of what is in a folder."""
         with self._folder(path.split("/") if path else []) as folder:
             if folder is None:
                 return []
@@ -143,7 +143,7 @@ class ConfinedFolder:
 
     @contextlib.contextmanager
     def _parent_of(self, path: str, *, make: bool = False) -> Iterator[tuple[int | None, str]]:
-        """Open the folder that a path's last part stands in; None where it is not there."""
+        """Open the folder that a path's last part is in; None where it is not there."""
         if not is_confined(path):
             raise ModelFileError(
                 f"holds no file {path!r}: the path leads out of it", location=Location(self.root)

@@ -41,7 +41,7 @@ class ModelProgram:
         Returns the model; each of its parameters has a default, a whole number, a number, a truth value or a
         text, whose kind its values have.
     path : Path or None
-        The file that it stands in.
+        The file that it is in.
     """
 
     build: Callable[..., pn.Net]

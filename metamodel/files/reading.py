@@ -108,7 +108,7 @@ def read_bytes(
     ------
     ModelFileError
         There is no such file, it is a directory, a pipe or a device, it may not be read, it is too large or
-        packed, or a pointer of Git LFS stands in its place.
+        packed, or a pointer of Git LFS is in its place.
     """
     location = Location(path if shown is None else shown)
     try:
@@ -176,7 +176,7 @@ def collector_paused() -> Iterator[None]:
 
 
 def _refuse_stand_in(start: bytes, location: Location) -> None:
-    """Refuse what stands in a file's place: a pointer of Git LFS, or the file packed."""
+    """Refuse what is in a file's place: a pointer of Git LFS, or the file packed."""
     if start.startswith(LFS_POINTER):
         raise ModelFileError("is a pointer of Git LFS, not the file itself", location=location, hint=LFS_HINT)
     for magic, packer in _PACKED.items():

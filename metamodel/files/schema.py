@@ -30,7 +30,7 @@ _INTEGER = re.compile(r"[+-]?[0-9]{1,20}")
 
 
 class Kind(Enum):
-    """How a feature stands in a file."""
+    """How a feature is written in a file."""
 
     ATTRIBUTE = auto()
     CONTAINMENT = auto()

@@ -34,7 +34,7 @@ def parse(path: Path | str) -> Tree:
 
 
 def parse_bytes(content: bytes, path: Path | str) -> Tree:
-    """Parse the content of an XML file; `path` stands in messages.
+    """Parse the content of an XML file; `path` is named in messages.
 
     Raises
     ------

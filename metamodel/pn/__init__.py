@@ -310,7 +310,7 @@ class PageObject(Element):
     """What a page may hold besides arcs."""
 
     page: Page | None = reference("Page")
-    """The page it stands on."""
+    """The page it is on."""
 
     def __init__(
         self,
@@ -333,7 +333,7 @@ class Arc(Element):
     """Joins a place and a transition (or references to them) of the same page."""
 
     page: Page | None = reference("Page", opposite="arcs")
-    """The page it stands on."""
+    """The page it is on."""
     source: Node = reference("Node", opposite="outgoing", lower=1, required=True)
     """Where it starts."""
     target: Node = reference("Node", opposite="incoming", lower=1, required=True)

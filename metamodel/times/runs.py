@@ -51,7 +51,7 @@ def is_changed_elsewhere(page: sym.CallbackPage, place: pn.Place) -> bool:
 def only_put_by(place: pn.Place) -> list[sym.CallbackPage] | None:
     """Return the callbacks that put tokens on a place; None if something outside of callbacks may, too.
 
-    The place may stand on a page of a callback, or in its node, whose callbacks refer to it.
+    The place may be on a page of a callback, or in its node, whose callbacks refer to it.
     """
     pages = _changed_by(place)
     found = {page for page in pages if page is not None and runs_callbacks(node_net_of(page))}

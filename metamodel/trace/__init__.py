@@ -78,9 +78,7 @@ class TraceLink(EObject, metaclass=MetaEClass):
     index: int | None = Ecore.EAttribute(eType=Ecore.EIntegerObject)
     """Number of the server instance, from 1, where there is one."""
     clientIndex: int | None = Ecore.EAttribute(eType=Ecore.EIntegerObject)
-    """Number of the server instance whose call it belongs to, from 1, where the client stands on a server
-    page.
-    """
+    """Number of the server instance whose call it belongs to, from 1, where the client is on a server page."""
     sources: ModelList[EObject] = reference("EObject", upper=-1)
     """Elements the rule matched."""
     target: EObject = reference("EObject", lower=1, required=True)

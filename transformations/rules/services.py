@@ -113,7 +113,7 @@ class CopiedPublisher(PagePublisher):
 
 
 class S4Client(StandardRule, phase=Phase.instances):
-    """A client of its own for each instance of the server page that a client stands on."""
+    """A client of its own for each instance of the server page that a client is on."""
 
     service = Node(sym.ServiceChannel)
     server = Node(sym.ServerPort, channel=service)

@@ -55,7 +55,7 @@ def object_json(document: Document, element: EObject) -> dict[str, Any]:
     dict
         ``type``: its class; ``in`` and ``as``: its container and the feature there; ``values``: attributes
         that are not as by default; ``links``: parts and references, by feature: a handle or a list of them.
-        What stands in another file is an object that says ``elsewhere`` and its id.
+        What is in another file is an object that says ``elsewhere`` and its id.
     """
     found: dict[str, Any] = {"type": name_of(type(element))}
     owner = element.eContainer()

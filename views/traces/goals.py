@@ -1,6 +1,6 @@
 """The bars of goals of actions, with the times of sending, acceptance, cancellation, end and feedback.
 
-A bar stands on a lane of its client. If a client has several goals under way, each has a row of its own,
+A bar is on a lane of its client. If a client has several goals under way, each has a row of its own,
 which is reused when it is over. A mark holds the number of the goal on its lane, and then of
 ``s`` the slot and of ``a`` how it ended, as an index of `ENDS`.
 """

@@ -98,7 +98,7 @@ class Product:
             np.zeros(3, dtype=np.int64),
         )
         self.store.words[0] = self.layout.pack(net.initial.tolist())
-        # The state may stand in the highest bits of its word.
+        # The state may be in the highest bits of its word.
         self.store.words[0, self.edges.state_word] += signed([automaton.initial << self.edges.state_shift])[0]
         self.store.counters[STATES] = 1
         self._fill_table()

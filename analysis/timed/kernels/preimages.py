@@ -74,7 +74,7 @@ def lead_into(net, known, row, at, class_after, result):  # type: ignore[no-unty
         result[0, i] = net.lower[transition] if transition == fired else ZERO
         if net.above.size and is_above(net, transition, fired):
             result[i, 0] = min(result[i, 0], 1 - net.lower[transition])
-    # A clock that starts again stands in the row and column of 0, as 0 itself does.
+    # A clock that starts again has the row and column of 0, as 0 itself has.
     for a in range(count + 1):
         i = known.kept[kept + a - 1] if a else 0
         for b in range(count + 1):

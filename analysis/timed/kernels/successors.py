@@ -213,7 +213,7 @@ def add_pieces(net, known, work, batch, fired, marking, more, bits, top):  # typ
 def whole_piece(net, known, marking, pieces, split, depth):  # type: ignore[no-untyped-def]
     """Cut a strong class where clocks without a latest bound come to matter no more; return a whole piece.
 
-    The class stands in ``pieces[0]``, and ``split[0]`` is 0. A piece is cut by one clock after the other; the
+    The class is in ``pieces[0]``, and ``split[0]`` is 0. A piece is cut by one clock after the other; the
     rest waits below the piece that is returned, so the next one is found from there on.
     """
     clocks, first = known.clocks[marking], known.enabled_start[marking]

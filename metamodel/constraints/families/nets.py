@@ -44,7 +44,7 @@ def arc_within_page(arc: pn.Arc, index: Index) -> Outcome:
     severity="warning",
 )
 def arc_on_page_of_its_ends(arc: pn.Arc, index: Index) -> Outcome:
-    """An arc stands on the page of the nodes it joins."""
+    """An arc is on the page of the nodes it joins."""
     page = arc.source.page
     return arc.page is page or page is None or page is not arc.target.page or describe(page)
 

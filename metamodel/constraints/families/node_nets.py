@@ -20,7 +20,7 @@ def _is_outside(node: pn.Node, index: Index) -> bool:
 
 @constraint("{it} is inside {found}", fix="put it next to the other node net; node nets do not nest")
 def node_net_not_nested(node_net: sym.NodeNet, index: Index) -> Outcome:
-    """A node net stands in no other node net."""
+    """A node net is not inside another node net."""
     outer = index.node_net_of(node_net.page) if node_net.page is not None else None
     return outer is None or describe(outer)
 
@@ -99,7 +99,7 @@ def callback_page_in_node_net(page: sym.CallbackPage, index: Index) -> Outcome:
 
 @constraint("{it} is inside {found}", fix="put it next to that", severity="warning")
 def callback_page_not_nested(page: sym.CallbackPage, index: Index) -> Outcome:
-    """A callback page stands in no other callback page."""
+    """A callback page is not inside another callback page."""
     outer = index.callback_page_of(page.page) if page.page is not None else None
     return outer is None or describe(outer)
 
@@ -128,7 +128,7 @@ def timer_positive(page: sym.CallbackPage, index: Index) -> Outcome:
     guard=lambda page, index: page.kind == sym.CallbackKind.timer,
 )
 def timer_outside_server_page(page: sym.CallbackPage, index: Index) -> Outcome:
-    """A timer callback stands on no server page."""
+    """A timer callback is not on a server page."""
     outer = index.server_page_of(page)
     return outer is None or repr(outer.id)
 

@@ -89,7 +89,7 @@ def _received(uses: list[PortUse]) -> list[tuple[str, str]]:
     guard=lambda place, index: place in index.port_uses and index.server_page_of(place) is not None,
 )
 def subscriber_outside_server_page(place: pn.Place, index: Index) -> Outcome:
-    """A subscriber's place stands on no server page: messages are for the node, not for an instance."""
+    """A subscriber's place is not on a server page: messages are for the node, not for an instance."""
     page = index.server_page_of(place)
     assert page is not None
     return not any(map(_subscribes, index.port_uses[place])) or repr(page.id)

@@ -41,7 +41,7 @@ def service_instances(channel: sym.ServiceChannel, index: Index) -> Outcome:
     "{it} has {found} outside of its server page {element.page.id!r}", fix="move the place to that page"
 )
 def server_places_on_page(port: sym.ServerPort, index: Index) -> Outcome:
-    """Entry and exit of a server stand on its server page."""
+    """Entry and exit of a server are on its server page."""
     outside = [place for place in (port.entry, port.exit) if not is_within(place, port.page)]
     return not outside or listed(outside)
 
@@ -69,7 +69,7 @@ def server_page_not_shared(port: sym.ServerPort, index: Index) -> Outcome:
 
 @constraint("{it} has a server page inside {found}, which is one too", fix="put the pages side by side")
 def server_page_not_nested(port: sym.ServerPort, index: Index) -> Outcome:
-    """A server page stands on no other server page."""
+    """A server page is not inside another server page."""
     outer = index.server_page_of(port.page.page) if port.page.page is not None else None
     return outer is None or describe(outer)
 
@@ -113,7 +113,7 @@ def client_unique(port: sym.ClientPort, index: Index) -> Outcome:
 
 
 def _clients_of_instances(index: Index) -> set[tuple[sym.ServiceChannel | None, str, str]]:
-    """Return the clients on server pages: the service they call, the one they stand in, and their id."""
+    """Return the clients on server pages: the service they call, the one they are in, and their id."""
     found = set()
     for port in index.all(sym.ClientPort):
         page = index.server_page_of(port.request)

@@ -85,7 +85,7 @@ def dispatcher_once(dispatcher: sym.Dispatcher, index: Index) -> Outcome:
     ),
 )
 def subscriber_on_callback_page(port: sym.SubscriberPort, index: Index) -> Outcome:
-    """The place of a subscriber stands on a subscriber callback page."""
+    """The place of a subscriber is on a subscriber callback page."""
     page = index.callback_page_of(port.place)
     if page is None:
         return "on no callback page"

@@ -1,4 +1,4 @@
-"""Reading topics, services and actions of the DiNeROS extension, which stand in a file like transitions."""
+"""Reading topics, services and actions of the DiNeROS extension, which are in a file like transitions."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class ChannelReader:
         elif isinstance(channel, sym.ServiceChannel):
             self._service(channel, extension)
         elif isinstance(channel, sym.ActionChannel) and (name := extension.text("actionName")) is not None:
-            channel.action = name  # its ports stand in our own block
+            channel.action = name  # its ports are in our own block
 
     def _topic(self, channel: sym.TopicChannel, extension: Extension) -> None:
         if (name := extension.text("topicName")) is not None:

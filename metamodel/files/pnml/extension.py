@@ -1,6 +1,6 @@
 """Reading the DiNeROS extension: places, transitions, pages, callback groups and input clauses.
 
-The fields stand in blocks of the tool ``de.tudresden.inf.st.pnml.distributedPN``; for topics and services see
+The fields are in blocks of the tool ``de.tudresden.inf.st.pnml.distributedPN``; for topics and services see
 `channels`.
 """
 

@@ -1,4 +1,4 @@
-"""Reading the callback groups of the DiNeROS extension, which stand in a block of the net."""
+"""Reading the callback groups of the DiNeROS extension, which are in a block of the net."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def read_groups(
     Raises
     ------
     ModelFileError
-        A group names no node, or a page with a group stands in no node net.
+        A group names no node, or a page with a group is outside of all node nets.
     """
     groups = _Groups(source, models, net, pages)
     for xml in items(record.extension.fields.get("callbackgroups"), "group"):

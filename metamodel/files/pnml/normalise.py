@@ -1,7 +1,7 @@
 """Bringing a file's records into the shape of the metamodel.
 
 Files of the DiNeROS extension may keep all elements on one page and name node net and subnet of each, and may
-keep arcs on other pages than their ends. In the metamodel a node net is a page, and an arc stands on the page
+keep arcs on other pages than their ends. In the metamodel a node net is a page, and an arc is on the page
 of both its ends.
 """
 
@@ -30,7 +30,7 @@ def normalise(net: NetRecord, source: Source) -> None:
     Raises
     ------
     ModelFileError
-        An arc has no source or target, or an element names another node than the node page it stands on.
+        An arc has no source or target, or an element names another node than the node page it is on.
     """
     _join_read_arcs(net)
     ends = _ends(net, source)
@@ -82,7 +82,7 @@ def _end(arc: ArcRecord, id: str, net: NetRecord, source: Source) -> NodeRecord:
 
 
 def _group_nodes(net: NetRecord, ends: Ends, source: Source) -> None:
-    """Gather the elements that name a node but stand on no node page."""
+    """Gather the elements that name a node but are not on a node page."""
     members: dict[str, list[NodeRecord]] = {}
     unnamed: set[NodeRecord] = set()
     for node in net.root.nodes():
@@ -148,7 +148,7 @@ def _page_of_node(
 
 
 def _group_subnets(net: NetRecord) -> None:
-    """Gather the elements of a node net that name a subnet but stand on no page of that name."""
+    """Gather the elements of a node net that name a subnet but are not on a page of that name."""
     totals = _totals(net.root)
     for node_net in [page for page in net.root.pages() if page.kind == "node"]:
         members: dict[str, list[NodeRecord]] = {}
@@ -156,7 +156,7 @@ def _group_subnets(net: NetRecord) -> None:
             subnet = node.extension.text("subnet")
             if subnet is None or node.is_channel or _page(node).node_net is not node_net:
                 continue
-            # Flat files may use the node's own name for what stands in no real subnet.
+            # Flat files may use the node's own name for what is in no real subnet.
             around = [*_inside(_page(node), node_net), node_net]
             if not any(page.is_called(subnet) for page in around):
                 members.setdefault(subnet, []).append(node)
@@ -198,7 +198,7 @@ def _smallest_page(nodes: list[NodeRecord]) -> PageRecord:
 
 
 def _gather(nodes: list[NodeRecord], into: PageRecord, totals: Counter[PageRecord], net: NetRecord) -> Moves:
-    """Return how to move nodes to a page so that the pages they stand on are kept inside it.
+    """Return how to move nodes to a page so that the pages they are on are kept inside it.
 
     A page whose nodes all move is moved itself; one that is shared stays, and has a copy inside the new page.
     """

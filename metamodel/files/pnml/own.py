@@ -1,6 +1,6 @@
 """Our own blocks: what PNML and the DiNeROS extension cannot say, written by reflection over the metamodel.
 
-A block stands in the element it belongs to and holds one ``<element>``. Its attributes are attributes and
+A block is in the element it belongs to and holds one ``<element>``. Its attributes are attributes and
 single references (by id) of the model element, its children contained elements and many-valued references::
 
     <toolspecific tool="org.dineros" version="1.0">
@@ -138,7 +138,7 @@ class Decoder:
     def __init__(self, source: Source) -> None:
         self.source = source
         self.made: list[tuple[pn.Element, etree._Element]] = []
-        """Elements with an id that stand in blocks, in the order of the file."""
+        """Elements with an id that are in blocks, in the order of the file."""
         self._references: list[tuple[EObject, Any, str, etree._Element]] = []
 
     def decode(self, xml: etree._Element, model: EObject, done: Collection[str] = ()) -> None:

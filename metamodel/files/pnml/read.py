@@ -194,7 +194,7 @@ class _PnmlReader:
         check_labels(xml, source)
 
     def _place_loose(self) -> None:
-        """Put a page around what stands in the net itself."""
+        """Put a page around what is in the net itself."""
         page, net = self._loose, self._net
         if not page.objects:
             return

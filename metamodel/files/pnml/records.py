@@ -63,7 +63,7 @@ class NodeRecord(Record):
 
     @property
     def is_channel(self) -> bool:
-        """Topics, services and actions stand in the file like transitions."""
+        """Topics, services and actions are in the file like transitions."""
         return self.kind in ("topic", "service", "action")
 
     @property
@@ -113,7 +113,7 @@ class PageRecord(Record):
 
     @property
     def node_net(self) -> PageRecord | None:
-        """The node net the page is or stands in."""
+        """The node net the page is or is in."""
         return next((page for page in self.around() if page.kind == "node"), None)
 
 

@@ -101,7 +101,7 @@ class ExtensionWriter:
         return name if name and self._called.get(name) is node_net else node_net.id
 
     def _where(self, xml: etree._Element, node: pn.Node) -> None:
-        """Name the node net, and the page inside it, that an element stands in."""
+        """Name the node net, and the page inside it, that an element is in."""
         node_net = node_net_of(node)
         if node_net is None:
             return
@@ -247,7 +247,7 @@ class ExtensionWriter:
         return said
 
     def _action(self, xml: etree._Element, channel: sym.ActionChannel) -> set[str]:
-        """Say that it is an action; ports and all else stand in our own block."""
+        """Say that it is an action; ports and all else are in our own block."""
         block = self._block(xml)
         _add(block, "type", ACTION)
         if not _is_plain(channel.action):

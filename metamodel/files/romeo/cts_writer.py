@@ -10,7 +10,7 @@ from dineros.metamodel.files.tina.writer import Flow, flows_of
 
 
 def cts_text(net: pn.Net, path: Path | None = None) -> str:
-    """Return a net in Romeo's language; `path` stands in messages.
+    """Return a net in Romeo's language; `path` is named in messages.
 
     Names are the ids, with ``_`` for characters that Romeo does not take.
 

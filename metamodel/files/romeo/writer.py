@@ -22,7 +22,7 @@ _TYPES = {
 
 
 def net_content(net: pn.Net, path: Path | None = None) -> bytes:
-    """Return a net in Romeo's format; `path` stands in messages.
+    """Return a net in Romeo's format; `path` is named in messages.
 
     Identifiers are the ids, with ``_`` for characters that Romeo does not take; labels are the names, or ids.
 

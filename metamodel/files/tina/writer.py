@@ -17,7 +17,7 @@ _KEYWORDS = frozenset({"net", "tr", "pl", "lb", "pr", "nt"})
 
 
 def net_text(net: pn.Net, path: Path | None = None) -> str:
-    """Return a net in TINA's format; `path` stands in messages.
+    """Return a net in TINA's format; `path` is named in messages.
 
     Raises
     ------

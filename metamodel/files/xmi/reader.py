@@ -106,7 +106,7 @@ class XmiReader:
         if target is None:
             if document.unread_ids and (name in document.unread_ids or name.startswith("/")):
                 reference.document.unread.add((source, feature.name))
-                return  # it stands in a part that is said to be wrong
+                return  # it is in a part that is reported as wrong
             raise _dangling(reference, document)
         if not isinstance(target, feature.type):
             kind = with_article(feature.type.__name__)

@@ -247,7 +247,7 @@ class TreeReader:
         name = child.get(_TYPES[0]) or child.get(_TYPES[1])
         if child.get("href") is not None:
             raise self._error(
-                child, f"{feature.name} of {describe(element)} stands in another file", "move it here"
+                child, f"{feature.name} of {describe(element)} is in another file", "move it here"
             )
         if name is None:
             return model_class(feature.type)

@@ -56,7 +56,7 @@ class A6(StandardRule, phase=Phase.instances):
 
 
 class A6Client(StandardRule, phase=Phase.instances):
-    """A client of a service of its own for each slot whose page a client stands on."""
+    """A client of a service of its own for each slot whose page a client is on."""
 
     action = Node(sym.ActionChannel)
     server = Node(sym.ActionServerPort, channel=action)

@@ -33,7 +33,7 @@ def align(before: ViewModel, view: ViewModel) -> ViewModel:
     Raises
     ------
     DinerosError
-        V8 cannot say what would stand on what.
+        V8 cannot compute which shapes would overlap.
     """
     old: dict[str, Box | Node] = {item.id: item for item in before.shapes()}
     by_sheet: dict[str | None, list[Box | Node]] = {}

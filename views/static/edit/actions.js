@@ -23,7 +23,7 @@ const shapes = ({ canvas }) => canvas.selection.get().filter((each) => each.wayp
 /** @type {(least: number) => (editor: Editor) => boolean} */
 const chosen = (least) => (editor) => shapes(editor).length >= least;
 
-/** What of the chosen stands on a page, so that it can go into another one. @type {(editor: Editor) => boolean} */
+/** What of the chosen is on a page, so that it can go into another one. @type {(editor: Editor) => boolean} */
 const isOnPage = (editor) =>
   shapes(editor).length > 0 &&
   shapes(editor).every(({ business }) => editor.model.get(business.element).as === "objects");

@@ -157,7 +157,7 @@ export class Model {
     return this.isA(type, "pn.Net") || this.isA(type, "pn.Page");
   }
 
-  /** The sheet that an object stands on; of parts, that of what they belong to. @type {(handle: string) => string} */
+  /** The sheet that an object is on; of parts, that of what they belong to. @type {(handle: string) => string} */
   sheetOf(handle) {
     let at = handle;
     while (this.kind(at).shape === undefined) {

@@ -40,7 +40,7 @@ export function wordsOf(model, interval) {
   );
 }
 
-/** The times that stand on the card of an element. @type {(model: Model, element: string) => string[]} */
+/** The times that are on the card of an element. @type {(model: Model, element: string) => string[]} */
 export function timesOf(model, element) {
   const period = model.feature(element, "timer") === undefined ? null : model.value(element, "timer");
   const found = period === null ? [] : [`every ${period} s`];

@@ -1,4 +1,4 @@
-// The tools for a sheet: choosing, arcs, and one for each class that can stand there, by the metamodel.
+// The tools for a sheet: choosing, arcs, and one for each class that can be there, by the metamodel.
 
 import { make } from "../elements.js";
 import { typesFor } from "./forms/making.js";

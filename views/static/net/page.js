@@ -1,5 +1,5 @@
 // The page of a net: shows a view, collapses and expands its pages in place, searches, shows neighbourhoods.
-// Works from a file: everything it needs stands in the page.
+// Works from a file: everything it needs is in the page.
 
 import { counted } from "../counting.js";
 import { byId } from "../elements.js";
@@ -18,7 +18,7 @@ import { spoken } from "./words.js";
 
 /** @import { Box, Edge, Item, Picture, Placed, View } from "./types.js" */
 
-/** JSON that stands in the page. @type {(id: string) => any} */
+/** JSON that is in the page. @type {(id: string) => any} */
 const data = (id) => JSON.parse(byId(id, HTMLScriptElement).text);
 
 export class NetPage {

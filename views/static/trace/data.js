@@ -163,7 +163,7 @@ export class Data {
   }
 
   /**
-   * Whether a place stands in the model itself; the others the rules made.
+   * Whether a place is in the model itself; the others the rules made.
    *
    * @type {(place: string) => boolean}
    */

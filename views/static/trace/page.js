@@ -58,7 +58,7 @@ export class App {
     /** @type {Divergence | null} */
     this.divergence = content.divergence ?? null;
     this.live = Boolean(content.live);
-    /** Whether steps stand at their times. */
+    /** Whether steps are at their times. */
     this.time = this.traces[0].timed;
     this.cursor = this.traces[0].length ? 0 : -1;
     this.view = new LanesView(this);
@@ -245,7 +245,7 @@ export class App {
   }
 }
 
-/** What stands in the page for it. @type {() => Content} */
+/** What is in the page for it. @type {() => Content} */
 export const readContent = () => JSON.parse(byId("content", HTMLScriptElement).text);
 
 /** Makes a page known to the console and to tests. @type {(app: App) => App} */

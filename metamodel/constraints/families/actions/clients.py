@@ -68,7 +68,7 @@ def goal_client_unique(port: sym.ActionClientPort, index: Index) -> Outcome:
     fix="put its places next to that page, and let the page reach them by references",
 )
 def goal_client_outside_server_pages(port: sym.ActionClientPort, index: Index) -> Outcome:
-    """No client of an action stands on the page of a server."""
+    """No client of an action is on the page of a server."""
     places = (port.goal, *(getattr(port, role) for role in CLIENT_PLACES))
     pages = (index.server_page_of(place) for place in places if place is not None)
     return next((describe(page) for page in pages if page is not None), True)

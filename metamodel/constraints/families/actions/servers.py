@@ -51,7 +51,7 @@ def feedback_depth_positive(channel: sym.ActionChannel, index: Index) -> Outcome
     fix="move the place to that page",
 )
 def goal_places_on_page(port: sym.ActionServerPort, index: Index) -> Outcome:
-    """All places of an action's server stand on the page that works on goals."""
+    """All places of an action's server are on the page that works on goals."""
     outside = _outside(port)
     return not outside or listed(outside)
 

@@ -40,7 +40,7 @@ def check_attributes(xml: etree._Element, kind: str, source: Source) -> None:
 def check_element(
     xml: etree._Element, allowed: frozenset[str], outer: etree._Element, source: Source
 ) -> bool:
-    """Return whether an element may stand in another; complain if not."""
+    """Return whether an element may be in another; complain if not."""
     kind = local(xml)
     if kind in allowed and xml.tag == tag(kind):
         if kind in LEFT_OUT:
@@ -64,7 +64,7 @@ def check_parts(xml: etree._Element, kind: str, source: Source) -> None:
 
 
 def check_text(xml: etree._Element, source: Source) -> None:
-    """Complain about text of a page, a node or an arc that stands in no label."""
+    """Complain about text of a page, a node or an arc that is not in a label."""
     text = loose_text(xml)
     if text:
         what = f"<{local(xml)}> {xml.get('id')!r} holds the text {shortened(text)}"

@@ -66,7 +66,7 @@ def _adopt(root: etree._Element, source: Source) -> None:
         if name.namespace in foreign:
             adopted.add(name.namespace)
             xml.tag = tag(name.localname)
-        if name.localname != "toolspecific":  # what stands in it is its tool's
+        if name.localname != "toolspecific":  # what is in it is its tool's
             todo.extend(children(xml))
     for namespace in sorted(adopted, key=str):
         source.note("no namespace" if namespace is None else f"namespace {namespace!r}")

@@ -35,7 +35,7 @@ ATTRIBUTES: dict[str, frozenset[str]] = {
 """Attributes that are read, checked (see `plain.values` and `plain.net_wide`) or harmless."""
 
 COLOURED_ATTRIBUTES = _DRAWN | {"id", "type", "name", "ref", "source", "target"}
-"""Attributes of any element of a symmetric net, whose values stand in elements."""
+"""Attributes of any element of a symmetric net, whose values are in elements."""
 
 _ANY = frozenset({"name", "graphics", "toolspecific", "description"})
 _NODES = frozenset({"place", "transition", "referencePlace", "referenceTransition", "arc"})
@@ -50,7 +50,7 @@ ELEMENTS: dict[str, frozenset[str]] = {
     "referenceTransition": _ANY,
     "arc": _ANY | {"inscription", "type", "arctype", "arcpath", "tagged"},
 }
-"""Elements that are read, checked or harmless, by the element that they stand in."""
+"""Elements that are read, checked or harmless, by the element that they are in."""
 
 BESIDE_NET = frozenset({"net", "toolspecific", "query", "queries", "k-bound", "feature", "constant"})
 """Elements next to the net, which ask about it or say how its tool opens it."""

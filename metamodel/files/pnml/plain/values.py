@@ -94,7 +94,7 @@ def label_text(label: etree._Element, source: Source) -> str:
 
 
 def loose_text(xml: etree._Element) -> str:
-    """Return the text of an element that stands in none of the elements inside."""
+    """Return the text of an element, without that of the elements inside."""
     return "".join([xml.text or "", *(part.tail or "" for part in children(xml))]).strip()
 
 

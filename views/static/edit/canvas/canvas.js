@@ -383,7 +383,7 @@ export class Canvas {
       ...settled.filter(({ element }) => !moving.has(String(element))),
       ...going.map(([{ business }, { x, y }]) => {
         const plane = this.planes.get(business.page);
-        if (plane === undefined) throw new Error("what is moved stands on a page");
+        if (plane === undefined) throw new Error("what is moved must be on a page");
         const from = plane.to(business.stored, moving);
         return moveTo(business.element, plane.from({ x: from.x + x, y: from.y + y }, moving));
       }),

@@ -43,7 +43,7 @@ export function describe(model, drawn, graphicsOf) {
     const isEnabled = enabled.has(business.element) && element.waypoints === undefined;
     const count = business.tokens ? `, ${counted(business.tokens, "token")}` : "";
     const { words } = model.kind(business.element);
-    // What can be read on a shape stands in its name, for those who speak to the page (WCAG 2, 2.5.3).
+    // What can be read on a shape is in its name, for those who speak to the page (WCAG 2, 2.5.3).
     const read = /^(place|transition)/.test(business.kind) ? [] : (business.lines ?? []);
     const name = [business.title, ...read, ...(business.ports ?? []).map(inShort)].join(", ");
     const state = `${mark ? `, ${mark}` : ""}${isEnabled ? ", enabled" : ""}`;

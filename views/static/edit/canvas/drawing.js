@@ -94,7 +94,7 @@ function captions(group, { title, lines, kind }, x, top) {
   });
 }
 
-/** Where so many tokens stand in a place. */
+/** Where so many tokens are in a place. */
 const SPOTS = ["0,0", "-5,0 5,0", "-5,3 5,3 0,-5", "-5,-5 5,-5 -5,5 5,5"].map((spots) =>
   spots.split(" ").map((spot) => spot.split(",").map(Number)),
 );

@@ -148,7 +148,7 @@ export function extentOf(page, items, middle, frame) {
   return extent;
 }
 
-/** The middle of what stands on a page. @type {(items: Drawn[]) => Point} */
+/** The middle of what is on a page. @type {(items: Drawn[]) => Point} */
 export function middleOf(items) {
   if (items.length === 0) return { x: 120, y: 80 };
   const [across, down] = [items.map(({ stored }) => stored.x), items.map(({ stored }) => stored.y)];

@@ -1,4 +1,4 @@
-// What a sheet shows: shapes of what stands on it, and lines for what leads from one of them to another.
+// What a sheet shows: shapes of what is on it, and lines for what leads from one of them to another.
 
 import { timesOf } from "../times.js";
 import { inShort } from "./drawing.js";
@@ -70,7 +70,7 @@ function openOn(model, sheet, opened) {
   return found;
 }
 
-/** What stands on a page, where its own plane has it, and the same of pages that are open there. @typedef {{ page: string, items: Drawn[], openings: Opening[], inner: Map<string, Arranged & { middle: Point, extent: Extent }> }} Arranged */
+/** What is on a page, where its own plane has it, and the same of pages that are open there. @typedef {{ page: string, items: Drawn[], openings: Opening[], inner: Map<string, Arranged & { middle: Point, extent: Extent }> }} Arranged */
 
 /** @type {(of: { model: Model, pages: Set<string>, opened: Opened, computed: Map<string, Map<string, Point>> }, page: string) => Arranged} */
 function arranged(of, page) {

@@ -125,7 +125,7 @@ function rowsFor(model, element, feature, asked) {
       : [reference(model, element, feature, asked)];
   if (model.classOf(feature.type)?.features.some(({ name }) => name === "disjunctions"))
     return [clause(model, element, asked)];
-  // What stands on sheets is made and seen there.
+  // What is on sheets is made and seen there.
   const isDrawn = typesFor(model, feature).some((type) => model.classOf(type).shape !== undefined);
   const isKnown =
     model.links(element, feature.name).length > 0 || typesFor(model, feature, element).length > 0;

@@ -1,8 +1,8 @@
-// Lines between things that have their place: straight where nothing stands in the way, around what does; and
+// Lines between things that have their place: straight where nothing is in the way, around what does; and
 // where their labels go.
 
 /** @import { Area, End, Point, Size } from "../types.js" */
-/** @typedef {Area & { area: Area }} Wall  an area, and what stands in it */
+/** @typedef {Area & { area: Area }} Wall  an area, and what is in it */
 
 const CLEAR = 6;
 const APART = 4;

@@ -35,7 +35,7 @@ export function drawRuler(view, y, height) {
 }
 
 /**
- * A mark of the ruler, which stands on a line, and its text.
+ * A mark of the ruler, which is on a line, and its text.
  *
  * @type {(view: Seen, base: number, x: number, text: string | number) => void}
  */

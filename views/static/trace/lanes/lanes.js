@@ -127,7 +127,7 @@ function signal(view, lane, y, height) {
   surface.path(line, { stroke: theme.signal, width: 1.6 });
 }
 
-/** A managed node: a band whose height and colour are its state, which stands in it. @type {DrawLane} */
+/** A managed node: a band whose height and colour are its state, which is in it. @type {DrawLane} */
 function state(view, lane, y, height) {
   const { surface, theme } = view;
   const base = y + height - 3;
