@@ -1,6 +1,6 @@
 """Each net in ten shuffles with random names: its state space and `check` must cost the same.
 
-For each net the processor time of the fastest and of the slowest shuffle, and the quotient of the two, which
+For each net the processor time of the fastest and of the slowest shuffle, and the ratio of the two, which
 should be under two: for the state space with all counts, and for what `dineros check` asks. Kernels are
 loaded before; each shuffle has a limit of processor time.
 
@@ -59,7 +59,7 @@ def main(words: list[str]) -> None:
     time.perf_counter = time.process_time
     measure(classic.philosophers(3))
     print(machine(), end="\n\n")
-    print("| net | fastest | slowest | quotient | check, fastest | slowest | quotient | peak nodes | check |")
+    print("| net | fastest | slowest | ratio | check, fastest | slowest | quotient | peak nodes | check |")
     print(f"|{'---|' * 9}")
     for name, make in NETS.items():
         if not all(word in name for word in words):
