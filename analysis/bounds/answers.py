@@ -1,8 +1,8 @@
 """Safe bounds of a system model: response times, longest histories, lost ticks, and latencies of chains.
 
-Nothing here takes longer than a bound says, whatever the model allows: the model is not explored, so that the
-bounds are there for systems of any size. They need not be attained. Each node's threads are taken to have a
-processor of their own, as in all questions with time.
+Each bound holds for every run that the model allows. The model is not explored, so bounds can be computed for
+systems of any size. A bound need not be attained. Each thread of a node is assumed to have its own processor,
+as in all questions with time.
 """
 
 from __future__ import annotations

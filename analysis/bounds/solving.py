@@ -120,7 +120,7 @@ class _Solver:
         if (cluster := self._cluster(part)) is not None and cluster.within is not None:
             self._solve_cluster(part, cluster, cluster.within)
             return
-        # Bounds by wait results are there, whatever comes; so the others are given up first.
+        # Bounds by wait results always exist; so the others are given up first.
         for given_up in ([task for task in part if not task.lane.keeps_order], part):
             for _ in range(MOST_ROUNDS):
                 if not self._round(part):

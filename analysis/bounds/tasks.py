@@ -53,7 +53,7 @@ class Lane:
     keeps_order : bool
         Whether the rules take the callbacks of the node in an order that is known.
     most_at_once : int or None
-        How many threads its runs take at once, whatever comes; None if that is any number.
+        The most threads that its runs take at once; None if there is no limit.
     """
 
     node: sym.NodeNet
@@ -352,7 +352,7 @@ def _runs_once_a_tick(task: Task) -> bool:
 
 
 def _message_of(task: Task) -> pn.Place | None:
-    """Return the place of what releases a task; None of a timer."""
+    """Return the place whose tokens release a task; None for a timer."""
     if task.server is not None:
         return _place(task.server.entry)
     return None if task.reader is None else _place(task.reader.place)

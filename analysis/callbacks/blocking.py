@@ -77,7 +77,7 @@ def blocked(space: SymbolicStateSpace, waiting: Waiting, budget: Budget = UNLIMI
 
 
 def never_without(sets: SymbolicSets, places: Iterable[int]) -> int:
-    """Return the markings from which one of some places stays marked, whatever fires."""
+    """Return the markings from which at least one of some places always stays marked."""
     return sets.complement(sets.some_until(sets.everything, without(sets, places)))
 
 

@@ -88,7 +88,7 @@ def unused_parts(subject: Subject, dead: Collection[int]) -> list[Finding]:
 
 
 class _Alive:
-    """Which transitions that came of an element can fire."""
+    """Which of the transitions that were made from an element can fire."""
 
     def __init__(self, subject: Subject, dead: Collection[int]) -> None:
         self._by_source: dict[EObject, list[Link]] = {}

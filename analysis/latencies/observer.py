@@ -286,7 +286,7 @@ class Observer:
         net.extend(pipe.drop, take={inside: 1})
 
     def _send(self, number: int, writer: sym.PublisherPort, hop: Hop | None) -> None:
-        """Let a publication be followed that a run has put on the place of a publisher."""
+        """Make the observer follow publications that a run has put on the place of a publisher."""
         for publish in self._parts.published[writer]:
             source = _only(self._sources(publish))
             followed = f"observer {number} sends {source}"

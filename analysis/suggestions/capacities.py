@@ -236,7 +236,7 @@ class _CapacitySearch:
         return Capacity(queue, self._limit(queue), enough, witness=self._lost(queue, too_small, way))
 
     def _ways(self, queue: Queue, capacity: int) -> tuple[tuple[int, ...] | None, str]:
-        """Return how a message is lost at a capacity; without one, why it is not known that there is none."""
+        """Return a firing sequence that loses a message, or the reason why none could be excluded."""
         net = self._subject.net.with_initial({queue.capacity: capacity})
         drops = self._drops(queue)
         known = firings(net, self._budget.share(0.3), drops, asks_deadlock=False)

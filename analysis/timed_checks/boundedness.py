@@ -130,7 +130,7 @@ class TimedBoundedness(Question):
 
     @staticmethod
     def _ask_parts(known: TimedChecked, found: Firings) -> bool:
-        """Note what never fires in the part of the net that decides, and tell whether that is anything."""
+        """Add what never fires in the part of the net that decides; return whether there is anything."""
         net, budget = known.timed.timed, known.budget.share(PARTS_SHARE)
         asked: dict[frozenset[int], frozenset[int]] = {}
         before = len(found.dead)

@@ -138,7 +138,7 @@ def _always_ends(graph: TimedGraph, callback: Callback) -> bool:
 
 
 def _last_classes(graph: TimedGraph, among: Flags) -> list[int]:
-    """Return a class of each part that is never left, of some classes that are never left together."""
+    """Return one class of each part that is never left, among classes that are never left together."""
     inside = among[graph.source]
     source, target = graph.source[inside], graph.target[inside]
     _, part = numbered_parts(graph.classes, source.astype(np.int32), target.astype(np.int32))

@@ -106,7 +106,7 @@ class Ending:
     def _force(self) -> None:
         """Print where the threads are stuck, and end the process."""
         with contextlib.suppress(Exception):
-            os.write(2, b"told to end, and does not end by itself; it is at\n")
+            os.write(2, b"was asked to end and still runs; its stack:\n")
             faulthandler.dump_traceback(2)
         flushing = threading.Thread(target=_flush, daemon=True)  # another thread may hold the streams
         flushing.start()

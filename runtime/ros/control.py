@@ -103,7 +103,7 @@ class Control:
             return False, "the node is not halted"
         if not self.is_active:
             return False, f"{INACTIVE}: activate it"
-        LOG.info("told to proceed")
+        LOG.info("received the request to proceed")
         self._net.proceed()
         return True, f"the node continues; it was halted: {halted}"
 

@@ -218,7 +218,7 @@ def _taken(item: list[int]) -> bool:
 
 
 def _watch(watched: weakref.ref[Watchdog], closing: threading.Event) -> None:
-    """Check periodically until the watchdog is closed, or was garbage-collected with a node never closed."""
+    """Check periodically until the watchdog is closed, or is garbage because its node was never closed."""
     known: _Call | None = None
     period = _SHORTEST_PERIOD
     while not closing.wait(period):

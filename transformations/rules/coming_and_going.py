@@ -47,7 +47,7 @@ MISSED = "a message of {publisher} on topic {topic} is lost: {subscriber} of nod
 
 
 class L4(StandardRule, phase=Phase.appearing, middleware="ros2"):
-    """What is written for a reader that is not configured goes nowhere."""
+    """A message for a reader that is not configured is lost."""
 
     channel = Node(sym.TopicChannel)
     writer = Node(sym.PublisherPort, channel=channel)
@@ -66,7 +66,7 @@ class L4(StandardRule, phase=Phase.appearing, middleware="ros2"):
 
 
 class L4Kept(StandardRule, phase=Phase.appearing, middleware="ros2"):
-    """Where a late reader gets it, only what is written for one that is shut down does."""
+    """If late readers get what a writer keeps, only messages for a node that was shut down are lost."""
 
     channel = Node(sym.TopicChannel)
     writer = Node(sym.PublisherPort, channel=channel)

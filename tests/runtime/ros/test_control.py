@@ -157,7 +157,7 @@ def test_a_node_that_hangs_before_it_starts_ends_by_force_and_says_where(ros: Ro
     )
     ros.wait((ros.folder / "begun").exists, "configuring")
     assert terminate(office) == 1
-    assert "told to end, and does not end by itself" in office.output()
+    assert "was asked to end and still runs" in office.output()
     assert 'office_handlers.py", line 7 in configure' in office.output()
 
 

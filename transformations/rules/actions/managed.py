@@ -98,7 +98,7 @@ class L3Hear(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
 
 
 class L4Feedback(StandardRule, phase=Phase.appearing, middleware="ros2"):
-    """Feedback that a client has when its node is cleaned up or shut down is lost."""
+    """Feedback that waits at a client is lost when its node is cleaned up or shut down."""
 
     action = Node(sym.ActionChannel)
     client = Node(sym.ActionClientPort, channel=action)
