@@ -17,10 +17,12 @@ from pyecore.ecore import EAttribute, EDataType, EDouble, EDoubleObject, EEnum, 
 from pyecore.resources import global_registry
 from pyecore.valuecontainer import BadValueError
 
-from dineros.metamodel.base.storage import MetaEClass, is_heard, set_attribute, set_reference
+from dineros.metamodel.base import storage
+from dineros.metamodel.base.storage import is_heard, set_attribute, set_reference
 from dineros.metamodel.errors import FeatureValueError, UnknownFeatureError, near_matches
 
 if TYPE_CHECKING:
+    from dineros.metamodel.base.storage import MetaEClass
 
     class EObject:
         """Static view of a pyecore model object."""
@@ -45,6 +47,17 @@ else:
     from pyecore.ecore import EEnumLiteral as EnumLiteral
     from pyecore.ecore import EObject
 
+    class MetaEClass(storage.MetaEClass):
+        """Metaclass of model classes: all get our own way to set, notify and show."""
+
+        def __init__(self, name: str, bases: tuple[type, ...], namespace: dict[str, Any]) -> None:
+            super().__init__(name, bases, namespace)
+            if not any(isinstance(base, MetaEClass) for base in bases):
+                self.__setattr__ = refuse_unknown
+                self.notify = notify_listeners
+                self.__repr__ = show
+
+
 T = TypeVar("T")
 F = TypeVar("F", bound=Callable[..., object])
 
@@ -58,11 +71,8 @@ __all__ = [
     "features_of",
     "initialise",
     "literals_of",
-    "notify_listeners",
     "reference",
-    "refuse_unknown",
     "remembered",
-    "show",
 ]
 
 

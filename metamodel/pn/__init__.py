@@ -21,10 +21,7 @@ from dineros.metamodel.base import (
     complete,
     enumeration,
     initialise,
-    notify_listeners,
     reference,
-    refuse_unknown,
-    show,
 )
 
 name = "pn"
@@ -106,10 +103,6 @@ class Element(EObject, metaclass=MetaEClass):
     suppressions: ModelList[Suppression] = reference("Suppression", containment=True, upper=-1)
     """Findings about the element, or about what it contains, that were accepted."""
 
-    __setattr__ = refuse_unknown
-    notify = notify_listeners
-    __repr__ = show
-
     def __init__(
         self,
         *,
@@ -134,10 +127,6 @@ class Point(EObject, metaclass=MetaEClass):
     y: float = Ecore.EAttribute(eType=Ecore.EDouble, lower=1, required=True)
     """Downwards."""
 
-    __setattr__ = refuse_unknown
-    notify = notify_listeners
-    __repr__ = show
-
     def __init__(self, *, x: float | None = None, y: float | None = None, **unknown: Never) -> None:
         super(EObject, self).__init__()
         initialise(locals())
@@ -154,10 +143,6 @@ class Graphics(EObject, metaclass=MetaEClass):
     """Width (x) and height (y)."""
     style: str | None = Ecore.EAttribute(eType=Ecore.EString)
     """The PNML elements fill, line and font, as XML text."""
-
-    __setattr__ = refuse_unknown
-    notify = notify_listeners
-    __repr__ = show
 
     def __init__(
         self,
@@ -182,10 +167,6 @@ class Label(EObject, metaclass=MetaEClass):
     toolInfos: ModelList[ToolInfo] = reference("ToolInfo", containment=True, upper=-1)
     """Blocks of other tools inside the label."""
 
-    __setattr__ = refuse_unknown
-    notify = notify_listeners
-    __repr__ = show
-
     def __init__(
         self,
         *,
@@ -208,10 +189,6 @@ class ToolInfo(EObject, metaclass=MetaEClass):
     content: str | None = Ecore.EAttribute(eType=Ecore.EString)
     """The whole block as XML text."""
 
-    __setattr__ = refuse_unknown
-    notify = notify_listeners
-    __repr__ = show
-
     def __init__(
         self,
         *,
@@ -233,10 +210,6 @@ class Suppression(EObject, metaclass=MetaEClass):
     """Why it is accepted; shown in every report."""
     until: str | None = Ecore.EAttribute(eType=Ecore.EString)
     """The last day on which it is accepted, such as 2027-03-31; always where it is absent."""
-
-    __setattr__ = refuse_unknown
-    notify = notify_listeners
-    __repr__ = show
 
     def __init__(
         self,
@@ -263,10 +236,6 @@ class TimeInterval(EObject, metaclass=MetaEClass):
     """The interval is open at its end."""
     source: str | None = Ecore.EAttribute(eType=Ecore.EString)
     """Where a measured interval comes from: the recording, the number of times and their quantiles."""
-
-    __setattr__ = refuse_unknown
-    notify = notify_listeners
-    __repr__ = show
 
     def __init__(
         self,

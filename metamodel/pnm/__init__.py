@@ -21,10 +21,7 @@ from dineros.metamodel.base import (
     complete,
     enumeration,
     initialise,
-    notify_listeners,
     reference,
-    refuse_unknown,
-    show,
 )
 
 name = "pnm"
@@ -83,10 +80,6 @@ class PlaceInvariant(EObject, metaclass=MetaEClass):
     )
     """Places and their weights."""
 
-    __setattr__ = refuse_unknown
-    notify = notify_listeners
-    __repr__ = show
-
     def __init__(
         self,
         *,
@@ -106,10 +99,6 @@ class InvariantTerm(EObject, metaclass=MetaEClass):
     """The place."""
     weight: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=1)
     """Its weight."""
-
-    __setattr__ = refuse_unknown
-    notify = notify_listeners
-    __repr__ = show
 
     def __init__(self, *, place: pn.Place | None = None, weight: int | None = None, **unknown: Never) -> None:
         super(EObject, self).__init__()

@@ -13,17 +13,7 @@ from typing import Any, Never
 import pyecore.ecore as Ecore
 
 from dineros.metamodel import pn, sym
-from dineros.metamodel.base import (
-    EObject,
-    MetaEClass,
-    ModelList,
-    complete,
-    initialise,
-    notify_listeners,
-    reference,
-    refuse_unknown,
-    show,
-)
+from dineros.metamodel.base import EObject, MetaEClass, ModelList, complete, initialise, reference
 
 name = "rtm"
 nsURI = "http://dineros.org/rtm/1.0"
@@ -58,10 +48,6 @@ class PlacePort(EObject, metaclass=MetaEClass):
     """ROS interface; absent: generated from the token type."""
     mappings: ModelList[sym.FieldMapping] = reference("sym.FieldMapping", containment=True, upper=-1)
     """How fields of an existing ROS interface map to token fields."""
-
-    __setattr__ = refuse_unknown
-    notify = notify_listeners
-    __repr__ = show
 
     def __init__(
         self,

@@ -21,10 +21,7 @@ from dineros.metamodel.base import (
     complete,
     enumeration,
     initialise,
-    notify_listeners,
     reference,
-    refuse_unknown,
-    show,
 )
 
 name = "sym"
@@ -286,10 +283,6 @@ class DefaultTimes(EObject, metaclass=MetaEClass):
     reaction: pn.TimeInterval | None = reference("pn.TimeInterval", containment=True)
     """Of engines of the execution net."""
 
-    __setattr__ = refuse_unknown
-    notify = notify_listeners
-    __repr__ = show
-
     def __init__(
         self,
         *,
@@ -324,10 +317,6 @@ class Lifecycle(EObject, metaclass=MetaEClass):
     activateStep: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=0)
     """Step of the start order in which it is activated: after all that earlier steps do; 0: at any time."""
 
-    __setattr__ = refuse_unknown
-    notify = notify_listeners
-    __repr__ = show
-
     def __init__(
         self,
         *,
@@ -351,10 +340,6 @@ class BalloonToken(EObject, metaclass=MetaEClass):
     data: str = Ecore.EAttribute(eType=Ecore.EString, default_value="{}")
     """JSON object: field name to value."""
 
-    __setattr__ = refuse_unknown
-    notify = notify_listeners
-    __repr__ = show
-
     def __init__(self, *, data: str | None = None, **unknown: Never) -> None:
         super(EObject, self).__init__()
         initialise(locals())
@@ -367,10 +352,6 @@ class SignalValue(EObject, metaclass=MetaEClass):
     """The signal."""
     name: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
     """What it is called."""
-
-    __setattr__ = refuse_unknown
-    notify = notify_listeners
-    __repr__ = show
 
     def __init__(
         self, *, signal: InputSignal | None = None, name: str | None = None, **unknown: Never
@@ -390,10 +371,6 @@ class InputClause(EObject, metaclass=MetaEClass):
     """The expression as its author wrote it."""
     disjunctions: ModelList[Disjunction] = reference("Disjunction", containment=True, upper=-1)
     """Conjunctive normal form of the text; none: always true."""
-
-    __setattr__ = refuse_unknown
-    notify = notify_listeners
-    __repr__ = show
 
     def __init__(
         self,
@@ -415,10 +392,6 @@ class Disjunction(EObject, metaclass=MetaEClass):
     """The clause it is part of."""
     literals: ModelList[Literal] = reference("Literal", opposite="disjunction", containment=True, upper=-1)
     """Its literals."""
-
-    __setattr__ = refuse_unknown
-    notify = notify_listeners
-    __repr__ = show
 
     def __init__(
         self,
@@ -442,10 +415,6 @@ class Literal(EObject, metaclass=MetaEClass):
     """True for the negation."""
     value: str | None = Ecore.EAttribute(eType=Ecore.EString)
     """The value that the signal is compared with; absent: it is a boolean."""
-
-    __setattr__ = refuse_unknown
-    notify = notify_listeners
-    __repr__ = show
 
     def __init__(
         self,
@@ -484,10 +453,6 @@ class TokenField(EObject, metaclass=MetaEClass):
     values: str | None = Ecore.EAttribute(eType=Ecore.EString)
     """Named values of an integer, the only ones that it has: IDLE=0, BUSY=1."""
 
-    __setattr__ = refuse_unknown
-    notify = notify_listeners
-    __repr__ = show
-
     def __init__(
         self,
         *,
@@ -517,10 +482,6 @@ class FieldMapping(EObject, metaclass=MetaEClass):
     tokenField: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
     """Name of the token field."""
 
-    __setattr__ = refuse_unknown
-    notify = notify_listeners
-    __repr__ = show
-
     def __init__(
         self,
         *,
@@ -548,10 +509,6 @@ class QualityOfService(EObject, metaclass=MetaEClass):
     """Liveliness."""
     leaseDuration: float | None = Ecore.EAttribute(eType=Ecore.EDoubleObject)
     """Longest time between two signs of life, in seconds; absent: any."""
-
-    __setattr__ = refuse_unknown
-    notify = notify_listeners
-    __repr__ = show
 
     def __init__(
         self,
@@ -585,10 +542,6 @@ class TopicPort(EObject, metaclass=MetaEClass):
     latency: pn.TimeInterval | None = reference("pn.TimeInterval", containment=True)
     """How long messages of this port are on their way, in seconds; absent: as long as those of its channel."""
 
-    __setattr__ = refuse_unknown
-    notify = notify_listeners
-    __repr__ = show
-
     def __init__(
         self,
         *,
@@ -613,10 +566,6 @@ class Dispatcher(EObject, metaclass=MetaEClass):
     limit: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=16)
     """Capacity, 1 or more."""
 
-    __setattr__ = refuse_unknown
-    notify = notify_listeners
-    __repr__ = show
-
     def __init__(
         self,
         *,
@@ -640,10 +589,6 @@ class ServerPort(EObject, metaclass=MetaEClass):
     """Holds responses."""
     page: pn.Page = reference("pn.Page", lower=1, required=True)
     """The server page: a prototype, replicated per instance."""
-
-    __setattr__ = refuse_unknown
-    notify = notify_listeners
-    __repr__ = show
 
     def __init__(
         self,
@@ -690,10 +635,6 @@ class ClientPort(EObject, metaclass=MetaEClass):
     """What is assumed about it, as neither an observation nor a person states it; words separated by blanks:
     group. Absent: nothing.
     """
-
-    __setattr__ = refuse_unknown
-    notify = notify_listeners
-    __repr__ = show
 
     def __init__(
         self,
@@ -742,10 +683,6 @@ class ActionServerPort(EObject, metaclass=MetaEClass):
     """Holds feedback for the client whose goal it is; absent: it gives none."""
     mayReject: bool = Ecore.EAttribute(eType=Ecore.EBoolean, default_value=False)
     """Whether the server may refuse a goal."""
-
-    __setattr__ = refuse_unknown
-    notify = notify_listeners
-    __repr__ = show
 
     def __init__(
         self,
@@ -800,10 +737,6 @@ class ActionClientPort(EObject, metaclass=MetaEClass):
     """What is assumed about it, as neither an observation nor a person states it; words separated by blanks:
     group. Absent: nothing.
     """
-
-    __setattr__ = refuse_unknown
-    notify = notify_listeners
-    __repr__ = show
 
     def __init__(
         self,

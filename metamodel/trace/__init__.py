@@ -12,17 +12,7 @@ from typing import Any, Never
 
 import pyecore.ecore as Ecore
 
-from dineros.metamodel.base import (
-    EObject,
-    MetaEClass,
-    ModelList,
-    complete,
-    initialise,
-    notify_listeners,
-    reference,
-    refuse_unknown,
-    show,
-)
+from dineros.metamodel.base import EObject, MetaEClass, ModelList, complete, initialise, reference
 
 name = "trace"
 nsURI = "http://dineros.org/trace/1.0"
@@ -49,10 +39,6 @@ class TraceModel(EObject, metaclass=MetaEClass):
     """File or id of the target model."""
     links: ModelList[TraceLink] = reference("TraceLink", containment=True, upper=-1)
     """The links, in the order they were made."""
-
-    __setattr__ = refuse_unknown
-    notify = notify_listeners
-    __repr__ = show
 
     def __init__(
         self,
@@ -83,10 +69,6 @@ class TraceLink(EObject, metaclass=MetaEClass):
     """Elements the rule matched."""
     target: EObject = reference("EObject", lower=1, required=True)
     """The element it made."""
-
-    __setattr__ = refuse_unknown
-    notify = notify_listeners
-    __repr__ = show
 
     def __init__(
         self,
