@@ -6,10 +6,12 @@ with their text indented.
 
 from __future__ import annotations
 
+import ast
 import inspect
 import re
 import textwrap
 from importlib import import_module
+from itertools import pairwise
 from typing import Any
 
 from mkdocs.config.defaults import MkDocsConfig
@@ -69,13 +71,28 @@ def members(module: Any) -> list[tuple[str, Any]]:
 
 
 def _described(module: str, name: str, value: Any) -> str:
-    shown = [f"### {name} {{ #{module}.{name} }}", _signature(name, value), documented(inspect.getdoc(value))]
+    shown = [f"### {name} {{ #{module}.{name} }}", _signature(name, value), documented(_docstring(value))]
     if inspect.isclass(value):
         for method, member in vars(value).items():
             function = getattr(member, "__func__", member)
             if not method.startswith("_") and inspect.isfunction(function) and function.__doc__:
                 shown += [_signature(f"{name}.{method}", function), documented(inspect.getdoc(function))]
     return "\n\n".join(filter(None, shown))
+
+
+def _docstring(value: Any) -> str | None:
+    """Return a docstring; for a class of a metamodel, with the texts that follow its features."""
+    found = inspect.getdoc(value)
+    if not hasattr(value, "eClass"):
+        return found
+    (described,) = ast.parse(inspect.getsource(value)).body
+    assert isinstance(described, ast.ClassDef)
+    entries = []
+    for feature, below in pairwise(described.body):
+        if isinstance(feature, ast.AnnAssign) and isinstance(below, ast.Expr):
+            text = " ".join(ast.literal_eval(below.value).split())
+            entries.append(f"{ast.unparse(feature.target)} : {ast.unparse(feature.annotation)}\n    {text}")
+    return "\n".join([f"{found}\n\nAttributes\n----------", *entries]) if entries else found
 
 
 def _signature(name: str, value: Any) -> str:
