@@ -13,14 +13,12 @@ from dineros.sources.language.values import (
     Holder,
     Made,
     Object,
-    Open,
     Outside,
     OutsideMethod,
     Partial,
     Slot,
     Value,
     join,
-    same,
 )
 
 MOST_VALUES = 12
@@ -137,7 +135,7 @@ class Slots:
         slot = holder.slots.get(name)
         if slot is None:
             return None
-        found = slot.current if slot.run == self.run else join(slot.values)
+        found = slot.current if slot.run == self.run else slot.any()
         if isinstance(found, Const) and not found.origin:
             return Const(found.value, "variable")
         return found
@@ -148,20 +146,15 @@ class Slots:
         is_perhaps = self.activity.conditional > (holder.level if isinstance(holder, Made) else 0)
         is_off = bool(self.activity.disabled)
         if slot is None or (slot.is_off and not is_off):
-            holder.slots[name] = slot = Slot(value, [value], self.run, is_perhaps, is_off)
+            holder.slots[name] = slot = Slot(value, self.run, is_perhaps, is_off, [value])
             if not is_off:
                 self._log(slot, None)
             return
         slot.is_perhaps &= is_perhaps or is_off
-        count = len(slot.values)
-        if not any(same(value, each) for each in slot.values):
-            if len(slot.values) >= MOST_VALUES:
-                slot.values = [Open(name)]
-            else:
-                slot.values.append(value)
+        before = slot.current if slot.run == self.run else slot.any()
+        slot.add(value, MOST_VALUES, name)
         if self.activity.disabled:
             return
-        before = slot.current if slot.run == self.run else join(slot.values[:count])
         level = self.activity.written[-1][0] if self.activity.written else 0
         is_certain = not is_perhaps or level == self.activity.conditional
         self._log(slot, before)

@@ -253,7 +253,7 @@ class Machine(Slots):
             elif isinstance(each, RunningNode):
                 each.fact.is_lent = True
             elif isinstance(each, Object):
-                self._lend(each, depth, {})
+                _lend(each, depth)
             elif isinstance(each, OutsideMethod) and isinstance(each.instance, Port):
                 each.instance.entity.is_lent = True
             elif isinstance(each, Items) and depth:
@@ -262,24 +262,6 @@ class Machine(Slots):
             elif isinstance(each, Mapping) and depth:
                 for item in (*each.items.values(), *each.rest):
                     self.escape(item, depth - 1)
-
-    def _lend(self, instance: Object, depth: int, seen: dict[Object, int]) -> None:
-        """Record that unknown code receives an object, with all ports that it has.
-
-        An object to which several ways lead is looked at once for the greatest depth that is left there.
-        """
-        if seen.get(instance, -1) >= depth:
-            return
-        seen[instance] = depth
-        if instance.node is not None:
-            instance.node.is_lent = True
-        for slot in instance.slots.values() if depth else ():
-            for value in slot.values:
-                for each in options(value):
-                    if isinstance(each, Port):
-                        each.entity.is_lent = True
-                    elif isinstance(each, Object):
-                        self._lend(each, depth - 1, seen)
 
     # -------------------------------------------------------------------------------------- what it has found
 
@@ -389,3 +371,23 @@ def callback_key(function: Value) -> tuple[object, ...]:
     if isinstance(function, Partial):
         return callback_key(function.function)
     return (type(function).__name__, getattr(function, "path", ""))
+
+
+def _lend(instance: Object, depth: int) -> None:
+    """Record that unknown code gets an object, with the ports of all objects at most `depth` steps away."""
+    seen = {instance}
+    level = [instance]
+    while level:
+        reached: list[Object] = []
+        for each in level:
+            if each.node is not None:
+                each.node.is_lent = True
+            for slot in each.slots.values() if depth else ():
+                for held in slot.holders():
+                    if isinstance(held, Port):
+                        held.entity.is_lent = True
+                    elif held not in seen:
+                        seen.add(held)
+                        reached.append(held)
+        level = reached
+        depth -= 1

@@ -30,7 +30,6 @@ from dineros.sources.language.values import (
     is_none,
     join,
     options,
-    same,
     spread,
 )
 
@@ -167,11 +166,10 @@ class Operations(Machine):
             if isinstance(right, Outside) and right.path == "sys.argv" and str(left.value).startswith("-"):
                 return Const(isinstance(op, ast.NotIn), "environment command line")  # without options
             known = right.items if isinstance(right, Items) and not right.is_open else None
-            if known is not None and all(isinstance(each, Const) for each in known):
-                is_in = any(same(left, each) for each in known)
-                origin = left.origin or next(
-                    (e.origin for e in known if isinstance(e, Const) and e.origin), ""
-                )
+            constants = [each for each in known or () if isinstance(each, Const)]
+            if known is not None and len(constants) == len(known):
+                is_in = any(left.value == each.value for each in constants)
+                origin = left.origin or next((each.origin for each in constants if each.origin), "")
                 return Const(is_in == isinstance(op, ast.In), origin)
         return Open(short(node))
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Hashable, Iterable
 from dataclasses import dataclass, field
 from itertools import product
 from math import prod
@@ -164,18 +164,41 @@ class Class(Value):
         return all(isinstance(each, (Class, Outside)) for each in self.order())
 
 
-@dataclass(eq=False)
+@dataclass(eq=False, slots=True)
 class Slot:
-    """An attribute of an object, or a variable of a module: its current value, and all previous ones.
+    """An attribute of an object, or a variable of a module: its current value, and all that it has had.
 
-    `is_perhaps`: it may also have what the object was made with; `is_off`: it has, for certain.
+    `is_perhaps`: it may also have what the object was made with; `is_off`: it has, for certain. What is
+    derived from all values is cached until another one is added: each callback reads most attributes.
     """
 
     current: Value
-    values: list[Value]
     run: int
     is_perhaps: bool = False
     is_off: bool = False
+    values: list[Value] = field(default_factory=list)
+    _joined: Value | None = field(default=None, init=False)
+    _holders: list[Port | Object] | None = field(default=None, init=False)
+
+    def add(self, value: Value, most: int, name: str) -> None:
+        """Add a value; if there are more than `most`, the attribute is open."""
+        if any(same(value, each) for each in self.values):
+            return
+        self.values = [Open(name)] if len(self.values) >= most else [*self.values, value]
+        self._joined = self._holders = None
+
+    def any(self) -> Value:
+        """Return a value that stands for all that the attribute has had."""
+        if self._joined is None:
+            self._joined = join(self.values)
+        return self._joined
+
+    def holders(self) -> list[Port | Object]:
+        """Return the ports, and the objects that may have ports, among the values."""
+        if self._holders is None:
+            found = [each for value in self.values for each in options(value)]
+            self._holders = [each for each in found if isinstance(each, (Port, Object))]
+        return self._holders
 
 
 class Holder(Value):
@@ -338,16 +361,17 @@ NONE = Const(None)
 
 def join(values: Iterable[Value | None]) -> Value:
     """Return a value that stands for any of several."""
-    found: list[Value] = []
+    found: dict[Hashable, Value] = {}
     for value in values:
         for each in value.options if isinstance(value, Either) else [value]:
-            if each is not None and not any(same(each, other) for other in found):
-                if len(found) == MOST_OPTIONS:
+            if each is not None:
+                found.setdefault(_identity(each), each)
+                if len(found) > MOST_OPTIONS:
                     return Open("many values")
-                found.append(each)
     if not found:
         return NONE
-    return found[0] if len(found) == 1 else Either(found)
+    first = next(iter(found.values()))
+    return first if len(found) == 1 else Either(list(found.values()))
 
 
 def spread(values: list[Value], made: Callable[[list[Value]], Value]) -> Value:
@@ -363,6 +387,7 @@ def spread(values: list[Value], made: Callable[[list[Value]], Value]) -> Value:
     return join(made(list(each)) for each in product(*choices))
 
 
+_PLAIN = (str, int, float, complex, bytes, type(None))
 MOST_OPTIONS = 24
 """Limit of the values of one variable."""
 
@@ -381,23 +406,27 @@ def of_key(key: Any) -> Value:
 
 def same(one: Value, other: Value) -> bool:
     """Return whether two values are certainly the same."""
-    if one is other:
-        return True
-    if isinstance(one, Const) and isinstance(other, Const):
-        return type(one.value) is type(other.value) and one.value == other.value
-    if isinstance(one, Open) and isinstance(other, Open):
-        return one.text == other.text and getattr(one, "effect", None) is getattr(other, "effect", None)
-    if isinstance(one, (Text, Outside)):
-        return type(one) is type(other) and vars(one) == vars(other)
-    if isinstance(one, Bound) and isinstance(other, Bound):
-        return one.function is other.function and one.instance is other.instance
-    if isinstance(one, Port) and isinstance(other, Port):
-        return one.entity is other.entity
-    if isinstance(one, Goal) and isinstance(other, Goal):
-        return one.side == other.side and one.entity is other.entity
-    if isinstance(one, Future) and isinstance(other, Future):
-        return one.of == other.of and one.effect is other.effect and one.entity is other.entity
-    return False
+    return one is other or _identity(one) == _identity(other)
+
+
+def _identity(value: Value) -> Hashable:
+    """Return a key that two values share if they are certainly the same."""
+    if isinstance(value, Const):
+        known = value.value
+        return type(known), known if isinstance(known, _PLAIN) else id(known)
+    if isinstance(value, Open):
+        return Open, value.text, id(getattr(value, "effect", None))
+    if isinstance(value, (Text, Outside)):
+        return type(value), *vars(value).values()
+    if isinstance(value, Bound):
+        return Bound, id(value.function), id(value.instance)
+    if isinstance(value, Port):
+        return Port, id(value.entity)
+    if isinstance(value, Goal):
+        return Goal, value.side, id(value.entity)
+    if isinstance(value, Future):
+        return Future, value.of, id(value.effect), id(value.entity)
+    return id(value)
 
 
 def options(value: Value | None) -> list[Value]:

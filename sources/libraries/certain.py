@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from functools import lru_cache
 
 from dineros.sources.branches import (
     NOTHING,
@@ -153,12 +155,17 @@ class _Hidden:
     """
 
     def __init__(self, modules: Iterable[Module], stores: set[tuple[str, int, int]]) -> None:
-        self._stores = stores
         self._found: dict[str, list[ast.ClassDef | None]] = {}
         self._functions: dict[str, list[ast.AST]] = {}
         self.is_wild = False
         for module in modules:
-            self._read(module.path, module.tree, None, "")
+            assigned = _assigned(module)
+            self.is_wild |= assigned.is_wild
+            for name, functions in assigned.functions.items():
+                self._functions.setdefault(name, []).extend(functions)
+            for name, at, cls in assigned.attributes:
+                if at is None or (module.path, *at) not in stores:
+                    self._found.setdefault(name, []).append(cls)
 
     def is_stored(self, name: str, holder: Object) -> bool:
         """Return whether code that was not followed may set an attribute of an object."""
@@ -183,31 +190,57 @@ class _Hidden:
                         todo.append(each.id)
         return found
 
-    def _read(self, path: str, tree: ast.AST, cls: ast.ClassDef | None, own: str) -> None:
+
+@lru_cache(maxsize=1024)
+def _assigned(module: Module) -> _Assigned:
+    """Read a module; several programs import it."""
+    found = _Assigned()
+    found.read(module.tree, None, "")
+    return found
+
+
+@dataclass(eq=False)
+class _Assigned:
+    """What the code of a module assigns and calls, whether it is followed or not.
+
+    Attributes
+    ----------
+    attributes : list of (str, (int, int) or None, ClassDef or None)
+        Name, line and column of each assignment to an attribute, and the class if it is one of ``self``;
+        without a location: it is deleted, or set by name.
+    functions : dict of str to list of ast.AST
+        The functions of each name.
+    is_wild : bool
+        Whether it may assign any attribute.
+    """
+
+    attributes: list[tuple[str, tuple[int, int] | None, ast.ClassDef | None]] = field(default_factory=list)
+    functions: dict[str, list[ast.AST]] = field(default_factory=dict)
+    is_wild: bool = False
+
+    def read(self, tree: ast.AST, cls: ast.ClassDef | None, own: str) -> None:
         """Read a tree; `own` is the name by which a method calls its object."""
         for node in ast.iter_child_nodes(tree):
             inner, named = cls, own
             if isinstance(node, ast.ClassDef):
                 inner = node
             elif isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
-                self._functions.setdefault(node.name, []).append(node)
+                self.functions.setdefault(node.name, []).append(node)
                 if isinstance(tree, ast.ClassDef):
                     named = node.args.args[0].arg if node.args.args else ""
             elif isinstance(node, ast.Attribute):
-                self._attribute(path, node, cls, own)
+                self._attribute(node, cls, own)
             elif isinstance(node, ast.Call):
                 self._call(node)
-            self._read(path, node, inner, named)
+            self.read(node, inner, named)
 
-    def _attribute(self, path: str, node: ast.Attribute, cls: ast.ClassDef | None, own: str) -> None:
+    def _attribute(self, node: ast.Attribute, cls: ast.ClassDef | None, own: str) -> None:
         self.is_wild |= node.attr in ("__dict__", "__class__") and not isinstance(node.ctx, ast.Load)
         self.is_wild |= node.attr == "__dict__"
-        if isinstance(node.ctx, ast.Load):
-            return
-        where = (path, node.lineno, node.col_offset)
-        if isinstance(node.ctx, ast.Del) or where not in self._stores:
+        if not isinstance(node.ctx, ast.Load):
             is_own = isinstance(node.value, ast.Name) and bool(own) and node.value.id == own
-            self._found.setdefault(node.attr, []).append(cls if is_own else None)
+            at = None if isinstance(node.ctx, ast.Del) else (node.lineno, node.col_offset)
+            self.attributes.append((node.attr, at, cls if is_own else None))
 
     def _call(self, node: ast.Call) -> None:
         name = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
@@ -216,6 +249,6 @@ class _Hidden:
         if name in ("setattr", "delattr"):
             text = node.args[1] if len(node.args) > 1 else None
             if isinstance(text, ast.Constant):
-                self._found.setdefault(str(text.value), []).append(None)
+                self.attributes.append((str(text.value), None, None))
             else:
                 self.is_wild = True

@@ -42,6 +42,13 @@ from dineros.sources.libraries.making import CREATES, Maker
 
 _NODES = ("Node", "LifecycleNode", "ManagedNode")
 _ALWAYS_SET = frozenset(("ROS_DISTRO", "ROS_VERSION", "HOME", "USER", "PATH", "PWD", "HOSTNAME", "SHELL"))
+_ONLY_LOOK = frozenset(
+    (
+        *("abs", "bool", "callable", "chr", "float", "hasattr", "hash", "id", "int", "isinstance"),
+        *("issubclass", "len", "ord", "print", "range", "repr", "round", "str", "type"),
+    )
+)
+"""Built-in functions that keep nothing of their arguments and call none of them."""
 _WAITS = frozenset(("run", "call", "check_call", "check_output"))
 
 
@@ -82,7 +89,8 @@ class RosLibrary:
             if found is not None:
                 return found
         if path.startswith("builtins."):
-            self._escape(args, keys)
+            if last not in _ONLY_LOOK:
+                self._escape(args, keys)
             return self.built_ins.call(last, args, keys, node, frame)
         found = self._standard(path, last, made, node, frame)
         if found is None:
