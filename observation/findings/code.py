@@ -156,7 +156,9 @@ def _locks(node: NodeFact) -> Iterator[tuple[Place, Finding]]:
                 if waits:
                     others = {each.name for each in users.get(lock, ()) if each.name != callback.name}
                     yield from _held(effect, callback, node, effect.do, lock, others)
-                elif effect.do == "lock":  # a fault if another callback takes the two in the other order
+                elif (
+                    effect.do == "lock" and lock != effect.what
+                ):  # a fault if another callback takes the two in the other order
                     group = _group(callback, node)
                     found = [each for each in orders.get((effect.what, lock), ()) if each is not callback]
                     others = {each.name for each in found if group is None or _group(each, node) != group}

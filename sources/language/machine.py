@@ -62,6 +62,8 @@ class Activity:
         In how many branches, loops, and branches that are not taken by default.
     block : list of Item
         What is done in the innermost branch, in its order.
+    holding : list of (str, Value, bool)
+        The locks that are held: name, lock, and whether a ``with`` certainly holds it.
     is_lost : bool
         Whether the order of what is done could not be followed.
     written : list of (int, Written)
@@ -73,10 +75,20 @@ class Activity:
     conditional: int = 0
     loops: int = 0
     disabled: int = 0
-    holding: list[str] = field(default_factory=list)
+    holding: list[tuple[str, Value, bool]] = field(default_factory=list)
     block: list[Item] = field(default_factory=list)
     is_lost: bool = False
     written: list[tuple[int, Written]] = field(default_factory=list)
+
+    def locks(self) -> tuple[str, ...]:
+        """Return the names of the locks that are held."""
+        return tuple(name for name, _, _ in self.holding)
+
+    def release(self, lock: Value) -> None:
+        """Release a lock, if it is held."""
+        last = next((each for each in reversed(self.holding) if each[1] is lock), None)
+        if last is not None:
+            self.holding.remove(last)
 
 
 class Library(Protocol):
@@ -107,7 +119,7 @@ class Library(Protocol):
         """Begin the part of an object that a class outside of the folder has."""
 
     def enter(self, value: Value, text: str, node: ast.AST, frame: Frame) -> bool:
-        """Enter a ``with``; return whether it is a lock."""
+        """Enter a ``with``; return whether it holds a lock."""
 
 
 class Machine(Slots):
@@ -295,7 +307,7 @@ class Machine(Slots):
                 }
                 activity.block.append(Do(known))
                 return known
-        found = Effect(do, what, at, when, how, entity, None, timeout, tuple(activity.holding), path)
+        found = Effect(do, what, at, when, how, entity, None, timeout, activity.locks(), path)
         found.sends = dict(sends or {})
         activity.fact.effects.append(found)
         activity.block.append(Do(found))

@@ -261,9 +261,7 @@ class Statements(Assignments):
             text = ast.unparse(item.context_expr)
             if "suppress" in text:
                 self.activity.is_lost = True
-            if self.library.enter(value, text, node, frame):
-                self.activity.holding.append(text)
-                held += 1
+            held += self.library.enter(value, text, node, frame)
             if item.optional_vars is not None:
                 self.assign(item.optional_vars, value, frame)
         try:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 
-from dineros.sources.facts import Entity, NodeFact
+from dineros.sources.facts import HELD, Entity, NodeFact
 from dineros.sources.language.fields.messages import sent
 from dineros.sources.language.values import (
     NONE,
@@ -229,7 +229,7 @@ class Doer:
             found = self.machine.effect(
                 do, what, node, frame, f"{how}, {within(timeout)}", timeout=seconds(timeout)
             )
-            found.holding = found.holding or tuple(self.machine.activity.holding)
+            found.holding = found.holding or self.machine.activity.locks()
         return Open("spun")
 
     # --------------------------------------------------------------------------------------- locks and queues
@@ -247,10 +247,9 @@ class Doer:
             "release",
         ):
             if name == "acquire":
-                effect("lock", label, node, frame)
-                activity.holding.append(label)
-            elif label in activity.holding:
-                activity.holding.remove(label)
+                self.acquire(made, label, node, frame, may_give_up=bool(args or keys))
+            else:
+                activity.release(made)
             return Open("is held")
         if kind in ("Event", "Condition", "Barrier") and name in ("wait", "wait_for"):
             given = call.argument(0 if name == "wait" else 1, "timeout")
@@ -261,6 +260,23 @@ class Doer:
                 effect("notify", label, node, frame)
             return NONE
         return None
+
+    def acquire(
+        self,
+        lock: Made,
+        label: str,
+        node: ast.AST,
+        frame: Frame,
+        *,
+        is_scope: bool = False,
+        may_give_up: bool = False,
+    ) -> None:
+        """Acquire a lock; one that only one thread can hold, and that this one has already, never comes."""
+        activity = self.machine.activity
+        is_single = lock.path == "threading.Lock" and lock.level == 0 and not may_give_up
+        is_held = any(held is lock and is_certain for _, held, is_certain in activity.holding)
+        self.machine.effect("lock", label, node, frame, HELD if is_single and is_held else "")
+        activity.holding.append((label, lock, is_scope))
 
     def container(self, value: Value, name: str, args: list[Value], keys: Keys) -> Value | None:
         """Call a method of a list, a queue or a dictionary."""

@@ -376,6 +376,6 @@ class RosLibrary:
             if isinstance(each, Made) and each.path.startswith(
                 ("threading.", "multiprocessing.", "asyncio.")
             ):
-                self.machine.effect("lock", text, node, frame)
+                self.doer.acquire(each, text, node, frame, is_scope=len(options(value)) == 1)
                 return True
         return False

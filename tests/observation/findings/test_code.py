@@ -17,12 +17,17 @@ from rclpy.executors import MultiThreadedExecutor
 from rclpy.node import Node
 from example_interfaces.action import Fibonacci
 from std_srvs.srv import Trigger
+class Helper:
+    def __init__(self): self.lock = threading.Lock()
+    def work(self):
+        with self.lock: pass
 class Robot(Node):
     def __init__(self):
         super().__init__("robot")
         self.cli = self.create_client(Trigger, "ask")
         self.nav = ActionClient(self, Fibonacci, "go")
-        self.lock = threading.Lock()
+        self.lock, self.again = threading.Lock(), threading.RLock()
+        self.helper = Helper()
         self.goal, self.level = None, 0
         self.create_timer(1, self.tick)
         self.create_service(Trigger, "b", self.other)
@@ -53,6 +58,8 @@ FOUND = {
     "self.nav.send_goal_async(Fibonacci.Goal())": "note code-ignores",
     "self.create_client(Trigger, 'other').call_async(Trigger.Request())": "note code-makes-clients",
     "with self.lock:\n    self.cli.call(Trigger.Request())": "warning code-holds-lock",
+    "with self.lock:\n    self.other(1, 2)": "error code-waits-for-itself",
+    "with self.lock:\n    if self.level: self.lock.acquire()": "warning code-waits-for-itself",
 }
 HEALTHY = [
     "time.sleep(0.1)",
@@ -64,6 +71,10 @@ HEALTHY = [
     "while True:\n    try:\n        next(self.many)\n    except StopIteration:\n        break",
     "self.kept = self.nav.send_goal_async(Fibonacci.Goal())",
     "with self.lock:\n    self.level += 1\nself.cli.call(Trigger.Request())",
+    "with self.again:\n    with self.again: self.level += 1",
+    "with self.lock:\n    self.helper.work()",
+    "with self.lock:\n    self.lock.acquire(timeout=1.0)",
+    "with self.lock:\n    self.level += 1\nself.other(1, 2)",
     "threading.Thread(target=lambda: time.sleep(5)).start()",
 ]
 
@@ -82,7 +93,8 @@ def found(folder: Path, body: str, threads: int = 2) -> list[str]:
 def test_it_is_found_at_its_line(tmp_path: Path, body: str, expected: str) -> None:
     (one,) = found(tmp_path, body)
     line = HEAD.count("\n") + 1
-    places = [f" robot.py:{number}: " for number in range(line, line + 1 + body.count("\n"))]
+    other = HEAD.split("\n").index("    def other(self, request, response):") + 2
+    places = [f" robot.py:{number}: " for number in (*range(line, line + 1 + body.count("\n")), other)]
     assert one.startswith(expected) and any(place in one for place in places)
 
 
