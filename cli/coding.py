@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from dineros.analysis.witnesses.findings import Fault, Finding
     from dineros.metamodel import sym
     from dineros.observation.importing.coded import Coded
+    from dineros.observation.systems import ObservedSystem
 
 CACHE = "DINEROS_SOURCE_CACHE"
 """Environment variable: the folder of the cache of source code; empty: no cache."""
@@ -135,6 +136,13 @@ class Code:
         found = [*missing_types(read), *code_findings(read)]
         return coded(read, ", ".join(folder for folder, _ in read)), found
 
+    def mismatches(self, read: Coded, system: ObservedSystem) -> list[Finding]:
+        """Return the faults of ports; without a launch file, programs may run apart."""
+        from dineros.observation.findings.mismatches import mismatches, perhaps_apart
+
+        found = mismatches(system)
+        return found if self.launch is not None else perhaps_apart(found, read.programs)
+
 
 def _cache() -> Path | None:
     """Return the folder of the cache; None: no cache."""
@@ -162,7 +170,7 @@ def model_of_code(code: Code, given: Path | None, settings: Sequence[str]) -> Mo
         The code or the file cannot be read, or a setting does not fit.
     """
     from dineros.metamodel.ros_names import snake_case
-    from dineros.observation.findings.mismatches import mismatches, of_part
+    from dineros.observation.findings.mismatches import of_part
     from dineros.observation.importing.building import to_model
     from dineros.observation.importing.given import Given, read_given
 
@@ -184,7 +192,7 @@ def model_of_code(code: Code, given: Path | None, settings: Sequence[str]) -> Mo
         warn(
             f"the model lacks what could not be read ({absent}): what is proved holds if that changes nothing"
         )
-    return ModelOfCode(imported.model, [*found, *of_part(mismatches(read.apart))], absent)
+    return ModelOfCode(imported.model, [*found, *of_part(code.mismatches(read, read.apart))], absent)
 
 
 def faults_of_code() -> Mapping[str, Fault]:

@@ -192,6 +192,18 @@ def counted(number: int, noun: str) -> str:
     return f"{number:,} {noun}{'' if number == 1 else 's'}"
 
 
+def listed(names: Iterable[str]) -> str:
+    """Return the first of some names, and the number of others.
+
+    Examples
+    --------
+    >>> listed("abcab"), listed("abcdef")
+    ('a, b, c', 'a, b, c and 3 more')
+    """
+    known = list(dict.fromkeys(names))
+    return ", ".join(known[:3]) + (f" and {len(known) - 3} more" if len(known) > 3 else "")
+
+
 def near_matches(name: str, known: Iterable[str]) -> str | None:
     """Return a hint such as ``did you mean 'tokens'?``, or None where nothing known is near `name`."""
     near = difflib.get_close_matches(name, list(dict.fromkeys(known)), n=3, cutoff=0.6)

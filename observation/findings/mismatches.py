@@ -9,6 +9,7 @@ from dataclasses import replace
 from typing import Any
 
 from dineros.analysis.witnesses.findings import Fault, Finding
+from dineros.metamodel.errors import listed
 from dineros.metamodel.matching import shown, unmet
 from dineros.observation.systems import Endpoint, ObservedNode, ObservedSystem, TopicEndpoint, name_of
 
@@ -108,6 +109,34 @@ def of_part(findings: Iterable[Finding]) -> list[Finding]:
     ]
 
 
+def perhaps_apart(findings: Iterable[Finding], programs: Mapping[str, str]) -> list[Finding]:
+    """Return the findings of programs of which nothing says that they run together.
+
+    Several programs that serve the same names may be alternatives, such as a robot and its simulation: one
+    note names all of these programs and names. Nodes of one program run together.
+
+    Parameters
+    ----------
+    findings : iterable of Finding
+        Of all programs, as if they ran together.
+    programs : mapping of str to str
+        The program of each node.
+    """
+    kept: list[Finding] = []
+    shared: dict[tuple[str, ...], list[str]] = {}
+    for finding in findings:
+        name, *nodes = finding.elements
+        if finding.rule == SERVERS.rule and len({programs.get(node, node) for node in nodes}) == len(nodes):
+            shared.setdefault(tuple(nodes), []).append(name)
+        else:
+            kept.append(finding)
+    for together, names in shared.items():
+        found = SERVERS.found(*names, *together, name=listed(names), nodes=listed(together))
+        message = f"{found.message}; this matters if they run together: --launch FILE says what runs"
+        kept.append(replace(found, severity="note", message=message))
+    return kept
+
+
 def _of_nodes(system: ObservedSystem) -> Iterator[Finding]:
     for name in system.duplicates:
         yield DOUBLE.found(name, node=name)
@@ -205,9 +234,3 @@ def _near(givers: Iterable[str], takers: Iterable[str]) -> Iterator[tuple[str, s
             matcher = difflib.SequenceMatcher(None, first.lower(), second.lower())
             if same_end or (matcher.quick_ratio() >= _NEAR and matcher.ratio() >= _NEAR):
                 yield first, second
-
-
-def listed(names: Iterable[str]) -> str:
-    """Return the first of some names, and the number of others."""
-    known = list(dict.fromkeys(names))
-    return ", ".join(known[:3]) + (f" and {len(known) - 3} more" if len(known) > 3 else "")

@@ -6,8 +6,8 @@ from collections import defaultdict
 from collections.abc import Iterator
 
 from dineros.analysis.witnesses.findings import Fault, Finding
+from dineros.metamodel.errors import listed
 from dineros.metamodel.token_types.installed import UnknownInterfaceError, installed_fields
-from dineros.observation.findings.mismatches import listed
 from dineros.observation.systems import ObservedSystem
 
 UNKNOWN = Fault(

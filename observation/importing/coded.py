@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from dineros.metamodel.matching import Quality
 from dineros.metamodel.ros_names import snake_case
@@ -46,6 +46,8 @@ class Coded:
     left_out : int
         How much the model lacks: lines of what could not be read, ports and nodes that are left out, waits
         that are not modelled.
+    programs : mapping of str to str
+        The program of each node.
     """
 
     system: ObservedSystem
@@ -53,6 +55,7 @@ class Coded:
     taken: tuple[str, ...]
     apart: ObservedSystem
     left_out: int = 0
+    programs: Mapping[str, str] = field(default_factory=dict)
 
     def with_people(self, said: Given) -> Given:
         """Return the facts of the code, overridden by facts that users give."""
@@ -103,7 +106,8 @@ def coded(read: Iterable[tuple[str, Facts]], source: str) -> Coded:
     ordered = tuple(nodes[name] for name in sorted(nodes))
     system = ObservedSystem(source, ordered, is_partial=True)
     absent = taken.lacks + sum(len(facts.unread) for _, facts in read)
-    return Coded(system, Given(given, deciding=deciding), taken.lines, apart, absent)
+    programs = {name: fact.program or name for fact, name in kept}
+    return Coded(system, Given(given, deciding=deciding), taken.lines, apart, absent, programs)
 
 
 def merged(code: Given, people: Given) -> Given:

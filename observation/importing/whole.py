@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
+from dineros.metamodel.errors import listed
 from dineros.metamodel.ros_names import hidden_part
 from dineros.observation.importing.given import Given, GivenService
 from dineros.observation.importing.names import is_type
@@ -176,18 +177,22 @@ def _of_one_type(node: ObservedNode, types: dict[tuple[str, str], str], left_out
 
 def _one_server(nodes: Iterable[ObservedNode], left_out: list[str]) -> Iterable[ObservedNode]:
     """Yield the nodes; of several servers of one name, the first is kept."""
-    taken: set[tuple[str, str]] = set()
+    first: dict[tuple[str, str], str] = {}
     for node in sorted(nodes, key=lambda node: node.name):
         changed: dict[str, Any] = {}
+        others: dict[str, list[str]] = defaultdict(list)
         for role in ("servers", "action_servers"):
             fit = []
             for each in getattr(node, role):
-                if (role, each.name) in taken:
-                    left_out.append(f"{_WORDS[role]} {each.name} of {node.name}: another one has this name")
+                if (role, each.name) in first:
+                    others[first[role, each.name]].append(f"{_WORDS[role]} {each.name}")
                 else:
+                    first[role, each.name] = node.name
                     fit.append(each)
-                taken.add((role, each.name))
             changed[role] = tuple(fit)
+        left_out += [
+            f"{listed(ports)} of {node.name}: {other} serves the same" for other, ports in others.items()
+        ]
         yield replace(node, **changed)
 
 

@@ -114,7 +114,8 @@ def import_(
         source = Source(graph, bag, domain, namespaces, without, seconds)
         named = seen = source.system(lambda seen: bool(mismatches(seen)))
     kept = within(seen, namespaces)
-    findings = [*mismatches(named), *unknown_types(seen)]
+    faults = code.mismatches(read, named) if folders else mismatches(named)
+    findings = [*faults, *unknown_types(seen)]
     if namespaces:
         names = {node.name for node in within(named, namespaces).nodes}
         findings = [finding for finding in findings if names.intersection(finding.elements)]

@@ -243,4 +243,17 @@ def test_nodes_that_share_an_executor_have_their_own_names_in_findings(
     Path("one.py").write_text(SERVES + TOGETHER)
     Path("other.py").write_text(SERVES + 'rclpy.init()\nrclpy.spin(Serves("also_serves"))\n')
     found = check("--source", ".")
-    assert "/ask has several servers: /also_serves, /serves [servers-share-name]" in found.stdout
+    assert "note: /ask has several servers: /also_serves, /serves; this matters if they run" in found.stdout
+
+
+def test_programs_that_one_launch_file_starts_share_a_service(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("package.xml").write_text("<package><name>both</name></package>")
+    Path("one.py").write_text(SERVES + 'rclpy.init()\nrclpy.spin(Serves("serves"))\n')
+    Path("other.py").write_text(SERVES + 'rclpy.init()\nrclpy.spin(Serves("also_serves"))\n')
+    nodes = "".join(f'<node pkg="both" exec="{each}.py"/>' for each in ("one", "other"))
+    Path("both.launch.xml").write_text(f"<launch>{nodes}</launch>")
+    found = check("--source", ".", "--launch", "both.launch.xml")
+    assert "error: /ask has several servers: /also_serves, /serves [servers-share-name]" in found.stdout
