@@ -242,8 +242,8 @@ def test_nodes_that_share_an_executor_have_their_own_names_in_findings(
     monkeypatch.chdir(tmp_path)
     Path("one.py").write_text(SERVES + TOGETHER)
     Path("other.py").write_text(SERVES + 'rclpy.init()\nrclpy.spin(Serves("also_serves"))\n')
-    found = check("--source", ".")
-    assert "note: /ask has several servers: /also_serves, /serves; this matters if they run" in found.stdout
+    found = check("--source", ".", "-v")
+    assert "note: /ask has several servers: /also_serves, /serves; this matters if they run" in found.output
 
 
 def test_programs_that_one_launch_file_starts_share_a_service(
