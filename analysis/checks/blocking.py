@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 MOST_MARKINGS = 1_000_000
 """Markings of which all are looked at for callbacks that wait; of more, parts of the net tell as much."""
 
+CALLBACKS_SHARE = 0.5
+"""Part of the time that is left in which callbacks that wait forever are looked for without a state space."""
+
 ALL_END = "every callback that has begun can end"
 OTHERS_END = "every other callback that has begun can end"
 
@@ -38,6 +41,7 @@ class Deadlock(Question):
     """Every node rests in final places: a finished scenario."""
     faults = (STUCK,)
     asks = "whether there is a deadlock"
+    reads_firings = True
 
     def ask(self, checked: Checked) -> None:
         """Group the markings that enable nothing."""
@@ -142,8 +146,9 @@ class Callbacks(Question):
         from dineros.analysis.callbacks.searching import searched
 
         checked.budget.stage(cls.asks)
-        search = searched(checked.subject.net, checked.waiting, checked.budget)
-        checked.callbacks_asked = True
+        share = checked.budget.share(CALLBACKS_SHARE)
+        search = searched(checked.subject.net, checked.waiting, share)
+        checked.callbacks_asked, checked.callbacks_known = True, search.is_complete
         found = cls._report(checked, search.blocked)
         if not search.is_complete:
             asks = "which other callbacks can wait forever" if found else cls.asks

@@ -41,8 +41,15 @@ SECONDS_FOR_PLACES = 0.3
 """Share of the time for bounds of places without a state space; seconds, if the time has no limit."""
 
 
+PARTS_ANSWER = "parts of the net answer the questions"
+
+
 class _RecurrentError(Exception):
     """A smaller net answers what the state space was made for."""
+
+
+class _KnownByPartsError(Exception):
+    """Parts of the net answer what the state space was made for."""
 
 
 class Boundedness(Question):
@@ -89,10 +96,13 @@ class Boundedness(Question):
         from dineros.analysis.covering.firings import firings
 
         self._grow(checked, pumpings)
+        known = checked.by_parts
         Callbacks.ask_early(checked)
         checked.report.by = f"searches forward and backward, and coverability: {reason}"
+        if reason == PARTS_ANSWER:
+            checked.report.by = "parts of the net, each with the places that a question needs"
         checked.budget.stage("other questions about the unbounded net")
-        checked.firings = firings(net, checked.budget.share(FIRINGS_SHARE), known=checked.near)
+        checked.firings = firings(net, checked.budget.share(FIRINGS_SHARE), known=known)
 
     @staticmethod
     def _near_growth(checked: Checked) -> list[Pumping]:
@@ -112,6 +122,8 @@ class Boundedness(Question):
             space = symbolic_state_space(checked.subject.net, share, orders=checked.orders, between=between)
         except _RecurrentError:
             return "decided on a smaller net"
+        except _KnownByPartsError:
+            return PARTS_ANSWER
         except BudgetExceededError as limit:
             return str(limit)
         if not space.complete:
@@ -126,15 +138,24 @@ class Boundedness(Question):
 
     @staticmethod
     def _look_elsewhere(checked: Checked, work: int) -> None:
-        """End the search of a large state space if a smaller net gives the answer.
+        """End the search of a large state space if a smaller net, or parts of the net, give the answers.
 
         Otherwise the search continues. Questions that need no state space are answered before that.
         """
         if work >= FIRST_SHARE:
             if checked.recurrence is not None:
                 raise _RecurrentError
-            Callbacks.ask_early(checked)
             Overflow.ask_early(checked)
+            known = checked.by_parts
+            Callbacks.ask_early(checked)
+            if not isinstance(checked.model, sym.SystemModel) or any(
+                bound is None for bound in place_bounds(checked.subject.net)
+            ):
+                return
+            is_open = any(map(known.is_open, range(len(checked.subject.net.transitions))))
+            ends = checked.callbacks_known or not checked.waiting.callbacks
+            if known.has_no_deadlock and not is_open and ends:
+                raise _KnownByPartsError
 
     @staticmethod
     def _without_space(checked: Checked, reason: str) -> None:

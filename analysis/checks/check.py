@@ -82,7 +82,8 @@ def ask_all(checked: Checked, asked: Sequence[Question]) -> None:
         if question.needs_space:
             _ = checked.subject  # what is wrong with the model itself ends the check
         with checked.guarded(partial(question.leave_open, checked)):
-            checked.budget.check_time()
+            if checked.firings is None or not question.reads_firings:
+                checked.budget.check_time()
             question.ask(checked)
         if len(report.unknown) > before:
             report.open_rules |= {fault.rule for fault in question.faults}

@@ -41,6 +41,7 @@ class Overflow(Question):
     )
     faults = (LOSES, SAMPLES, DISPLACED)
     asks = "which queues can overflow"
+    reads_firings = True
 
     def ask(self, checked: Checked) -> None:
         """Look for a marking in which a message would be lost."""
@@ -148,6 +149,7 @@ class Presence(Question):
     )
     faults = (INACTIVE, MISSED, LEFT, UNSERVED, UNANSWERED, GIVEN_UP, EXPIRED, GOALS_STAY)
     asks = "whether messages and requests are lost because a node is not there"
+    reads_firings = True
 
     _KINDS: ClassVar[dict[Kind, tuple[Fault, str]]] = {
         "inactive": (INACTIVE, "no managed node publishes while it is inactive"),

@@ -36,6 +36,9 @@ REPORT_IT = "please report it, with the model and what --debug adds"
 NEAR_SHARE = 0.2
 """Part of the time that is left for the first round."""
 
+PARTS_SHARE, PARTS_SECONDS = 0.4, 60.0
+"""Part of the time that is left in which parts of the net are looked at; seconds if the time has no limit."""
+
 RECURRENCE_SHARE = 0.2
 """Part of the time that is left in which a smaller net is looked at."""
 
@@ -66,8 +69,8 @@ class Checked:
         Whether it is proved that the net can always come back to its initial marking.
     is_closed : bool
         Whether no question can be asked that needs a state space.
-    callbacks_asked : bool
-        Whether it has been looked for callbacks that can wait forever.
+    callbacks_asked, callbacks_known : bool
+        Whether it has been looked for callbacks that can wait forever; whether all of them are known.
     circles : list of Circle
         Those of them that wait for each other and are in the report.
     told : set of str
@@ -89,6 +92,7 @@ class Checked:
     recurs: bool = False
     is_closed: bool = False
     callbacks_asked: bool = False
+    callbacks_known: bool = False
     circles: list[Circle] = field(default_factory=list)
     told: set[str] = field(default_factory=set)
     answered: list[tuple[sym.Property, Asked | AskedLatency, Outcome]] = field(default_factory=list)
@@ -111,6 +115,16 @@ class Checked:
 
         self.budget.stage("what can happen nearby")
         return near_firings(self.subject.net, self.budget.share(NEAR_SHARE))
+
+    @cached_property
+    def by_parts(self) -> Firings:
+        """The same, with what parts of the net tell; see `dineros.analysis.parts`."""
+        from dineros.analysis.parts.firings import decide_by_parts
+
+        found = self.near
+        share = self.budget.share(PARTS_SHARE).unless_limited(PARTS_SECONDS)
+        decide_by_parts(self.subject.net, found, share)
+        return found
 
     @cached_property
     def recurrence(self) -> Recurrence | None:
@@ -193,11 +207,15 @@ class Question(ABC):
         What is not known where it is left open.
     needs_space : bool
         Whether it cannot be asked once there is no state space.
+    reads_firings : bool
+        Whether it only reads what is known of firings once there is no state space. Then it is answered even
+        if no time is left.
     """
 
     faults: ClassVar[Sequence[Fault]]
     asks: ClassVar[str]
     needs_space: ClassVar[bool] = True
+    reads_firings: ClassVar[bool] = False
 
     def leave_open(self, checked: Checked, reason: str) -> None:
         """Leave it, or what is left of it, undecided."""

@@ -204,6 +204,7 @@ class Use(Question):
 
     faults = FAULTS
     asks = "which elements are never used"
+    reads_firings = True
 
     def ask(self, checked: Checked) -> None:
         """Look for transitions that no marking enables."""

@@ -18,7 +18,8 @@ from dineros.analysis.covering.growing import Limited, without_growth
 from dineros.analysis.covering.tree import Tree, tree_of
 from dineros.analysis.explicit import Goal, find_all
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.nets.witness import replay
+from dineros.analysis.nets.structure import never_possible
+from dineros.analysis.nets.witness import last_marking
 from dineros.analysis.walks.first_round import first_round
 from dineros.analysis.walks.scouting import short_way
 
@@ -158,7 +159,8 @@ class _FiringSearch:
         self.asks_deadlock = asks_deadlock
         self.small = without_growth(net) or Limited.same(net)
         self.images = self.small.images()
-        self.found = Firings(dead={t for t in self.wanted if t not in self.images}, net=net)
+        never = never_possible(net)
+        self.found = Firings(dead={t for t in self.wanted if t not in self.images or t in never}, net=net)
 
     def look_near(self) -> None:
         """Search breadth first for all transitions."""
@@ -252,5 +254,5 @@ class _FiringSearch:
     def _back(self, trace: Sequence[int], transition: int) -> tuple[int, ...]:
         """Return a replayed sequence of the original net."""
         own = (*self.small.back(trace), transition)
-        replay(self.net, own)
+        last_marking(self.net, own)
         return own

@@ -8,6 +8,7 @@ only bounds: y . m never grows; it is called a *bounding weighting* here.
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Collection
 from dataclasses import dataclass
 from math import gcd
 
@@ -111,3 +112,31 @@ def _subtract(row: dict[int, int], other: dict[int, int], factor: int) -> None:
             row[key] = result
         else:
             row.pop(key, None)
+
+
+def never_possible(net: CompiledNet, dead: Collection[int] = ()) -> set[int]:
+    """Return transitions that never fire even if no firing took tokens away, besides dead ones.
+
+    This is the relaxed reachability of J. Hoffmann, B. Nebel, *The FF planning system*, JAIR 14, 2001.
+
+    Examples
+    --------
+    >>> net = CompiledNet.build({"a": 0, "b": 0}, [("t", {"a": 1}, {"b": 1}), ("u", {"b": 1}, {})])
+    >>> never_possible(net)
+    {0, 1}
+    """
+    count = len(net.transitions)
+    raised: set[int] = set()
+    possible: set[int] = set()
+    waiting = list(range(count))
+    while waiting:
+        transition = waiting.pop()
+        if transition in possible or transition in dead:
+            continue
+        if all(p in raised or net.initial[p] >= weight for p, weight in net.pre.row(transition)):
+            possible.add(transition)
+            for place, tokens in net.delta[transition].items():
+                if tokens > 0 and place not in raised:
+                    raised.add(place)
+                    waiting.extend(net.consumers[place])
+    return set(range(count)) - possible - set(dead)

@@ -38,6 +38,23 @@ def replay(net: CompiledNet, trace: Iterable[int]) -> list[list[int]]:
     return markings
 
 
+def last_marking(net: CompiledNet, trace: Iterable[int]) -> list[int]:
+    """Return the last marking of a run; faster than `replay`, which returns all of them.
+
+    Raises
+    ------
+    WitnessError
+        A transition is not enabled when it is to fire.
+    """
+    marking: list[int] = net.initial.tolist()
+    for step, transition in enumerate(trace):
+        if not net.is_enabled(transition, marking):
+            raise WitnessError(f"step {step}: transition {net.transitions[transition]!r} is not enabled")
+        for place, tokens in net.delta[transition].items():
+            marking[place] += tokens
+    return marking
+
+
 def can_fire(net: CompiledNet, trace: Iterable[int], marking: Sequence[int]) -> bool:
     """Return whether transitions can fire from a marking, one after the other."""
     for transition in trace:

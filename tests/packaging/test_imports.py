@@ -85,6 +85,7 @@ FOLDERS = {
         "symbolic",
         "covering",
         "logic",
+        "parts",
         "proofs",
         "model",
         "witnesses",
