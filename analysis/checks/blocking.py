@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 MOST_MARKINGS = 1_000_000
 """Markings of which all are looked at for callbacks that wait; of more, parts of the net tell as much."""
 
-CALLBACKS_SHARE = 0.5
+CALLBACKS_SHARE = 0.7
 """Part of the time that is left in which callbacks that wait forever are looked for without a state space."""
 
 ALL_END = "every callback that has begun can end"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING
@@ -20,6 +20,7 @@ from dineros.metamodel.elements import node_net_of
 from dineros.metamodel.records import Accept, Cancel, Canceling, Finish, Outcome
 
 if TYPE_CHECKING:
+    from dineros.analysis.callbacks.refining import Endings
     from dineros.transformations.flattening.traces import Link
 
 HANGS_SHARE = 0.3
@@ -118,13 +119,9 @@ class Goals(Question):
                 unheard(checked, client)
                 self._results(checked, client)
                 self._overtaking(checked, client)
-        is_timed = checked.subject.is_timed
         if checked.firings is not None:
             if not checked.recurs:
-                reason = checked.firings.why_open or (
-                    "it is not decided with times" if is_timed else "not all markings were explored"
-                )
-                checked.leave_open("whether goals can wait forever", reason)
+                self._without_space(checked, clients, found)
             return
         share = checked.budget.share(HANGS_SHARE)
         try:
@@ -136,13 +133,69 @@ class Goals(Question):
             checked.leave_open("whether goals can wait forever", str(limit))
             return
         if not any(hangs):
-            losses = [each for client in clients for each in client.losses]
-            if can_fire(checked, losses) is False:
-                checked.report.proved.append("every goal that was sent can be over")
-            else:
-                checked.report.proved.append("every goal that is accepted can be over")
+            self._prove_ends(checked, clients)
         if len(checked.report.findings) + len(checked.report.unknown) == found:
             checked.report.proved.append("no goal is canceled too late, and none overtakes another one")
+
+    @staticmethod
+    def _prove_ends(checked: Checked, clients: Sequence[_Client]) -> None:
+        """Put into the report that no goal waits forever."""
+        losses = [each for client in clients for each in client.losses]
+        if can_fire(checked, losses) is False:
+            checked.report.proved.append("every goal that was sent can be over")
+        else:
+            checked.report.proved.append("every goal that is accepted can be over")
+
+    def _without_space(self, checked: Checked, clients: Sequence[_Client], before: int) -> None:
+        """Look for goals that can wait forever in parts of the net.
+
+        Parameters
+        ----------
+        before : int
+            Number of findings and open questions before the first question about goals.
+        """
+        from dineros.analysis.callbacks.refining import Endings
+        from dineros.analysis.callbacks.searching import TOO_LARGE
+
+        asks = "whether goals can wait forever"
+        if checked.subject.is_timed:
+            checked.leave_open(asks, checked.why_open or "it is not decided with times")
+            return
+        endings, share = Endings(checked.subject.net), checked.budget.share(HANGS_SHARE)
+        hangs = [self._hangs_in_parts(checked, client, endings, share) for client in clients]
+        if None in hangs:
+            checked.leave_open(asks, checked.why_open or TOO_LARGE)
+        elif not any(hangs):
+            self._prove_ends(checked, clients)
+            is_on_time = all(can_fire(checked, client.late) is False for client in clients)
+            if is_on_time and len(checked.report.findings) + len(checked.report.unknown) == before:
+                checked.report.proved.append("no goal is canceled too late, and none overtakes another one")
+
+    def _hangs_in_parts(
+        self, checked: Checked, client: _Client, endings: Endings, budget: Budget
+    ) -> bool | None:
+        """Look for goals that never end from some marking on; None: it is not known whether there are any."""
+        node = node_net_of(client.port.goal)
+        can_leave = node is not None and node in shut_down_marks(checked.subject)
+        hangs: bool | None = False
+        for fault, places, parts in self._waits(client):
+            for place in places:
+                ending = endings.of((checked.subject.place_index[place],), budget)
+                if ending.status == "waits" and not (can_leave and fault is self.NOT_FETCHED):
+                    self.add(checked, client, fault, witness_to(checked.subject, ending.trace), **parts)
+                    hangs = True
+                    break
+                if ending.status != "ends" and hangs is False:
+                    hangs = None
+        return hangs
+
+    def _waits(self, client: _Client) -> list[tuple[Fault, list[str], dict[str, str]]]:
+        """Return the places where a goal waits, by the fault if it waits there forever."""
+        return [
+            (self.NOT_ACCEPTED, client.waits, {}),
+            (self.ENDLESS, list(client.works.values()), {}),
+            *((self.NOT_FETCHED, [place], {"outcome": outcome}) for place, outcome in client.overs),
+        ]
 
     def _fires(self, checked: Checked, client: _Client, fault: Fault, transitions: list[str]) -> None:
         if can_fire(checked, transitions):
@@ -181,13 +234,8 @@ class Goals(Question):
         node = node_net_of(client.port.goal)  # once it is shut down, it fetches nothing, as it should be
         gone = None if node is None else shut_down_marks(checked.subject).get(node)
         sets, index = SymbolicSets(checked.space, budget=budget), checked.subject.place_index
-        waits: list[tuple[Fault, list[str], dict[str, str]]] = [
-            (self.NOT_ACCEPTED, client.waits, {}),
-            (self.ENDLESS, list(client.works.values()), {}),
-            *((self.NOT_FETCHED, [place], {"outcome": outcome}) for place, outcome in client.overs),
-        ]
         found = False
-        for fault, places, parts in waits:
+        for fault, places, parts in self._waits(client):
             stuck = next(filter(None, (never_without(sets, (index[place],)) for place in places)), None)
             if stuck is None:
                 continue

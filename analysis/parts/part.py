@@ -83,15 +83,18 @@ class Whole:
         return few | {p for p, weight in self.net.inhibitor.row(transition) if marking[p] >= weight}
 
     def lifted(self, way: Iterable[int]) -> tuple[list[int], set[int]]:
-        """Fire transitions in the net; return the last marking, and what blocks the next one, or nothing."""
+        """Fire transitions in the net; return the last marking, and the places that block some of them.
+
+        After a transition that is blocked, the others are tried as if the tokens that it lacks were there: so
+        more of what blocks the run is known at once. The marking is one of the net if nothing blocks.
+        """
         marking: list[int] = self.net.initial.tolist()
+        found: set[int] = set()
         for transition in way:
-            blocking = self.blocking(transition, marking)
-            if blocking:
-                return marking, blocking
+            found |= self.blocking(transition, marking)
             for place, tokens in self.net.delta[transition].items():
-                marking[place] += tokens
-        return marking, set()
+                marking[place] = max(0, marking[place] + tokens)
+        return marking, found
 
     @cached_property
     def _takes(self) -> list[set[int]]:
