@@ -11,7 +11,7 @@ from dineros.analysis.checks.question import Checked, Question
 from dineros.analysis.checks.ways import can_fire, firing_witness, why_unseen
 from dineros.analysis.model.losses import Kind, Loss, losses_of
 from dineros.analysis.model.queues import Queue, queues
-from dineros.analysis.witnesses.findings import Fault, Finding, Witness, witness_to
+from dineros.analysis.witnesses.findings import Fault, Finding, Witness, witness_of_firing
 from dineros.metamodel import sym
 from dineros.metamodel.callbacks.groups import runs_callbacks
 from dineros.metamodel.calls import actions
@@ -64,7 +64,7 @@ class Overflow(Question):
         for queue in queues(checked.subject):
             drops = [checked.subject.transition_index[drop] for drop in queue.drops]
             if not known.traces.keys().isdisjoint(drops):
-                way = witness_to(checked.subject, known.way_to(drops))
+                way = witness_of_firing(checked.subject, known.way_to(drops))
                 checked.report.findings.append(cls._found(queue, way))
                 checked.told.add(queue.load)
 

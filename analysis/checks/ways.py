@@ -8,7 +8,7 @@ from typing import TypeAlias
 
 from dineros.analysis.checks.question import OUT_OF_MEMORY, Checked
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.witnesses.findings import Witness, witness_to
+from dineros.analysis.witnesses.findings import Witness, witness_of_firing
 
 TOO_LONG = "the run that leads to it is too long to be shown"
 
@@ -45,7 +45,7 @@ def firing_witness(checked: Checked, transitions: Sequence[str]) -> Witness | No
     if known is None:
         number = next(each for each in numbers if checked.space.enabled(subject.net.transitions[each]))
     elif not known.traces.keys().isdisjoint(numbers):
-        return witness_to(subject, known.way_to(numbers))
+        return witness_of_firing(subject, known.way_to(numbers))
     elif subject.is_timed:
         return None  # a sequence of the net without its times may have no schedule
     else:
@@ -54,7 +54,7 @@ def firing_witness(checked: Checked, transitions: Sequence[str]) -> Witness | No
     if trace is None:
         checked.budget.check_time()
         return None
-    return witness_to(subject, trace)
+    return witness_of_firing(subject, trace)
 
 
 def why_unseen(checked: Checked) -> str:

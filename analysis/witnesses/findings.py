@@ -13,6 +13,7 @@ from dineros.analysis.nets.coverability import Pumping
 from dineros.analysis.nets.shortening import way_before
 from dineros.analysis.witnesses.folding import in_rounds
 from dineros.analysis.witnesses.order import disorder
+from dineros.analysis.witnesses.rounds import repeating_way
 
 if TYPE_CHECKING:
     from dineros.analysis.symbolic.engine import SymbolicStateSpace
@@ -122,6 +123,17 @@ def witness_to(subject: Subject, trace: Sequence[int]) -> Witness:
     return witness_of(subject, trace if subject.is_timed else in_rounds(subject.net, trace))
 
 
+def witness_of_firing(subject: Subject, trace: Sequence[int]) -> Witness:
+    """Return a witness that a sequence's last transition can fire, with rounds that repeat where it is long.
+
+    With times it stays as it is: another one may have no schedule.
+    """
+    if subject.is_timed or not trace:
+        return witness_of(subject, trace)
+    *way, last = trace
+    return witness_of(subject, [*repeating_way(subject.net, way, [last]), last])
+
+
 def pumping_witness(subject: Subject, pumping: Pumping) -> Witness:
     """Return the run that makes tokens grow forever; the way to what repeats is short, in an order of rounds.
 
@@ -129,7 +141,8 @@ def pumping_witness(subject: Subject, pumping: Pumping) -> Witness:
     """
     prefix = pumping.prefix
     if not subject.is_timed:
-        prefix = in_rounds(subject.net, way_before(subject.net, prefix, pumping.suffix))
+        way = way_before(subject.net, prefix, pumping.suffix)
+        prefix = repeating_way(subject.net, way, pumping.suffix)
     return witness_of(subject, [*prefix, *pumping.suffix], len(prefix))
 
 

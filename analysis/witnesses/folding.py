@@ -86,10 +86,10 @@ def in_rounds(net: CompiledNet, trace: Sequence[int]) -> tuple[int, ...]:
         ordered = _ordered(net, firings, context, is_rare_first)
         if ordered is not None:
             tried.append((*ordered, last))
-    return min(tried, key=_lines)
+    return min(tried, key=lines_of)
 
 
-def _lines(trace: Sequence[int]) -> int:
+def lines_of(trace: Sequence[int]) -> int:
     """How many lines a sequence takes when it is printed."""
     return sum(block.length + (block.times > 1) for block in folded(trace))
 
