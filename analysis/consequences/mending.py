@@ -264,10 +264,22 @@ def _give(place: pn.Place) -> None:
     inhibit(here_place, giver)
 
 
+def _empty(place: pn.Place, most: int) -> None:
+    """Add a transition to the node of a place that takes the tokens of the full place."""
+    net = node_net_of(place)
+    assert net is not None
+    emptied = sym.Transition(id=f"{place.id}.emptied", page=net)
+    here_place = here(place, net)
+    flow(here_place, emptied)
+    emptied.incoming[0].weight = most
+
+
 def _against_growth(model: sym.SystemModel, finding: Finding, budget: Budget) -> Mend | None:
     """Stop the growth where a capacity does; None if clients would have to wait for an acknowledgement.
 
-    What is put onto a place that nothing looks at is left out, which changes nothing else.
+    What is put onto a place that nothing looks at is left out, which changes nothing else. If a property
+    refers to the place, it keeps some tokens, and is emptied when it is full: a property that a few tokens
+    violate is no consequence of the growth.
     """
     from dineros.analysis.covering.growing import largest_weights
     from dineros.analysis.covering.growth import remedy_of
@@ -284,11 +296,20 @@ def _against_growth(model: sym.SystemModel, finding: Finding, budget: Budget) ->
         if not isinstance(source, sym.Place):
             return None
         grown[str(source.id)] = looked_at[place] and max(remedy.credits, looked_at[place], ENOUGH)
+    asked = [
+        id
+        for id, most in grown.items()
+        if not most and any(id in (property.text or "") for property in model.properties)
+    ]
+    for id in asked:
+        grown[id] = ENOUGH
 
     def mend(copied: sym.SystemModel) -> None:
         for id, most in grown.items():
             if most:
                 find(copied, id, sym.Place).capacity = most
+        for id in asked:
+            _empty(find(copied, id, sym.Place), ENOUGH)
         for page in pages(copied):
             for arc in list(page.arcs):
                 if grown.get(str(resolve(arc.target).id)) == 0:

@@ -313,15 +313,39 @@ def counting() -> sym.SystemModel:
 
 
 def test_what_follows_from_growth() -> None:
-    """A property about the tokens that grow; not one that is violated without them."""
+    """A property about more tokens than a bounded place holds; not one that few of them violate."""
     model = counting()
-    model.properties.append(sym.Property(id="Few", text="never Done >= 3"))
-    model.properties.append(sym.Property(id="Good", text="never Bad >= 1"))
-    model.properties.append(sym.Property(id="Both", text="never Bad >= 1 or Done >= 4"))
+    for id, text in {
+        "Many": "never Done >= 12",
+        "Few": "never Done >= 3",
+        "Good": "never Bad >= 1",
+        "Both": "never Bad >= 1 or Done >= 14",
+    }.items():
+        model.properties.append(sym.Property(id=id, text=text))
     report = folded(model)
-    assert faults(report.findings) == ["unbounded", "property-violated", "property-violated"]
-    assert consequences(report.findings[0]) == [("property-violated", "Few")]
-    assert {each.elements[0] for each in report.findings[1:3]} == {"Good", "Both"}
+    assert faults(report.findings) == ["unbounded", *["property-violated"] * 3]
+    assert consequences(report.findings[0]) == [("property-violated", "Many")]
+    assert {each.elements[0] for each in report.findings[1:]} == {"Few", "Good", "Both"}
+
+
+def test_a_property_about_what_grows_hides_no_other_finding() -> None:
+    """A queue that 25 firings fill overflows whether or not the place that counts them is bounded."""
+    model = counting()
+    sent = sym.Place(id="Sent", page=find(model, "counter", sym.NodeNet))
+    flow(find(model, "Work", sym.Transition), sent)
+    heard = sym.Place(id="Heard", page=find(model, "other", sym.NodeNet))
+    flow(heard, sym.Transition(id="Hear", page=heard.page))
+    sym.TopicChannel(
+        id="Log",
+        topic="log",
+        model=model,
+        publishers=[sym.PublisherPort(place=sent, limit=25)],
+        subscribers=[sym.SubscriberPort(place=heard, limit=25)],
+    )
+    model.properties.append(sym.Property(id="Many", text="never Done >= 12"))
+    report = folded(model)
+    assert "queue-overflow" in faults(report.findings)
+    assert "queue-overflow" not in [rule for each in report.findings for rule, _ in consequences(each)]
 
 
 def test_what_needs_some_tokens_is_no_consequence_of_growth() -> None:
