@@ -7,6 +7,7 @@ Every error a user can cause derives from `DinerosError` and prints as one line,
 from __future__ import annotations
 
 import difflib
+import re
 import unicodedata
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -14,6 +15,9 @@ from pathlib import Path
 
 _UNSEEN = {"Cc", "Cf", "Zl", "Zp"}
 """Unicode's categories of invisible characters: controls, formats, ends of lines and paragraphs."""
+
+LEAST_PART = 4
+"""Letters with which another name begins or ends, at least, to be near it."""
 
 SHOWN = 2000
 """Characters of an error that are shown: what is wrong with an input may quote all of it."""
@@ -205,6 +209,40 @@ def listed(names: Iterable[str]) -> str:
 
 
 def near_matches(name: str, known: Iterable[str]) -> str | None:
-    """Return a hint such as ``did you mean 'tokens'?``, or None where nothing known is near `name`."""
-    near = difflib.get_close_matches(name, list(dict.fromkeys(known)), n=3, cutoff=0.6)
+    """Return a hint such as ``did you mean 'tokens'?``, or None where nothing known is near `name`.
+
+    Near are names that differ in few letters, for their length, or in case and separators only, and those
+    that begin or end with the other one. A hint that is only similar would lead astray.
+
+    Examples
+    --------
+    >>> near_matches("tokns", ["tokens", "name"]), near_matches("kind", ["id"])
+    ("did you mean 'tokens'?", None)
+    """
+    similar = difflib.get_close_matches(name, list(dict.fromkeys(known)), n=8, cutoff=0.6)
+    near = [each for each in similar if _is_near(name, each)][:3]
     return f"did you mean {' or '.join(repr(match) for match in near)}?" if near else None
+
+
+def _is_near(name: str, other: str) -> bool:
+    one, two = (re.sub(r"[\W_]", "", each).casefold() for each in (name, other))
+    shorter, longer = sorted((one, two), key=len)
+    if one == two:
+        return True
+    if len(shorter) >= LEAST_PART and (longer.startswith(shorter) or longer.endswith(shorter)):
+        return True
+    return len(shorter) > 1 and _edits(one, two) <= 1 + len(shorter) // 5
+
+
+def _edits(one: str, two: str) -> int:
+    """Return how many letters are to be inserted, removed, replaced or exchanged with the next one."""
+    before: list[int] = []
+    row = list(range(len(two) + 1))
+    for i, letter in enumerate(one, 1):
+        last, before, row = before, row, [i]
+        for j, other in enumerate(two, 1):
+            cost = min(before[j] + 1, row[-1] + 1, before[j - 1] + (letter != other))
+            if i > 1 and j > 1 and letter == two[j - 2] and one[i - 2] == other:
+                cost = min(cost, last[j - 2] + 1)
+            row.append(cost)
+    return row[-1]

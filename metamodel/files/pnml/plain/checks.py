@@ -9,6 +9,7 @@ from lxml import etree
 from dineros.metamodel.errors import near_matches
 from dineros.metamodel.files.pnml.plain.known import (
     ATTRIBUTES,
+    DISTRIBUTION,
     ELEMENTS,
     HARMLESS_NAMESPACES,
     LEFT_OUT,
@@ -25,11 +26,13 @@ _HINT = "it may change the behaviour; remove it if it does not"
 
 def check_attributes(xml: etree._Element, kind: str, source: Source) -> None:
     """Complain about each attribute that is not known for this kind of element."""
-    allowed = ATTRIBUTES[kind]
-    for each in xml.attrib:
+    allowed = ATTRIBUTES[kind] | (
+        DISTRIBUTION if kind == "transition" and "distribution" in xml.attrib else set()
+    )
+    for each, value in xml.attrib.items():
         name = str(each)
         if name in allowed:
-            if name in LEFT_OUT:
+            if name in LEFT_OUT and not (name == "player" and value.strip() in ("", "0")):
                 source.note(LEFT_OUT[name])
         elif not name.startswith(HARMLESS_NAMESPACES):
             hint = MEANINGS.get(name) or near_matches(name, allowed) or _HINT

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from lxml import etree
 
+from dineros.metamodel.errors import counted
 from dineros.metamodel.files.pnml.plain.known import BESIDE_NET, MEANINGS
 from dineros.metamodel.files.pnml.source import Source, children, local
-from dineros.metamodel.files.pnml.vocabulary import PNML, PTNET, tag
+from dineros.metamodel.files.pnml.vocabulary import DINEROS, OWN, PNML, PTNET, tag
 
 _PLAIN_TYPES = frozenset(
     {
@@ -15,6 +16,8 @@ _PLAIN_TYPES = frozenset(
     }
 )
 """Last parts of types of nets without colours, in lower case; what they add is read or refused elsewhere."""
+_REFERRING = ("id", "source", "target", "ref", "idref")
+"""Attributes that hold ids."""
 _SYMMETRIC = ("symmetricnet", "pt-hlpng")
 """Coloured nets that are unfolded; places of the second have one colour only."""
 _COLOURED = ("symmetricnet", "highlevelnet", "hlpng", "pt-hlpng", "hlnet", "coloured", "colored")
@@ -44,6 +47,7 @@ def only_net(root: etree._Element, source: Source) -> etree._Element:
             source.complain("the net is coloured", inner, hint="only P/T nets are read; unfold it first")
     if not is_symmetric(nets[0]):
         _check_type(nets[0], source)
+        _replace_ids_with_blanks(nets[0], source)
     return nets[0]
 
 
@@ -70,6 +74,36 @@ def _adopt(root: etree._Element, source: Source) -> None:
             todo.extend(children(xml))
     for namespace in sorted(adopted, key=str):
         source.note("no namespace" if namespace is None else f"namespace {namespace!r}")
+
+
+def _replace_ids_with_blanks(net: etree._Element, source: Source) -> None:
+    """Replace ids with white space, which other tools make of names; the names keep it."""
+    elements = [net]
+    for xml in elements:
+        if local(xml) == "toolspecific":
+            if xml.get("tool") in (DINEROS, OWN):
+                return  # our own blocks refer to ids, too
+            continue
+        elements.extend(children(xml))
+    known = {id for xml in elements if (id := xml.get("id"))}
+    replaced: dict[str, str] = {}
+    for id in sorted(known):
+        if len(words := id.split()) > 1 or words != [id]:
+            plain = "_".join(words) or "_"
+            replaced[id] = next(
+                each
+                for each in (plain, *map(f"{plain}_{{}}".format, range(2, len(known) + 3)))
+                if each not in known
+            )
+            known.add(replaced[id])
+    if not replaced:
+        return
+    for xml in elements:
+        for name in _REFERRING:
+            if (old := xml.get(name)) in replaced:
+                xml.set(name, replaced[old])
+    shown, plain = next(iter(replaced.items()))
+    source.note(f"{counted(len(replaced), 'id')} with white space replaced, such as {shown!r} by {plain!r}")
 
 
 def _namespace(xml: etree._Element) -> str:

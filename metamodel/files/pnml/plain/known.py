@@ -34,6 +34,9 @@ ATTRIBUTES: dict[str, frozenset[str]] = {
 }
 """Attributes that are read, checked (see `plain.values` and `plain.net_wide`) or harmless."""
 
+DISTRIBUTION = frozenset({"value", "c", "mean", "stddev", "shape", "scale", "logMean", "logStddev"})
+"""Attributes of a transition with a distribution: its parameters, besides `a`, `b` and `rate`."""
+
 COLOURED_ATTRIBUTES = _DRAWN | {"id", "type", "name", "ref", "source", "target"}
 """Attributes of any element of a symmetric net, whose values are in elements."""
 
@@ -62,6 +65,7 @@ LEFT_OUT = {
     "finalmarkings": "final markings left out",
     "rate": "rates left out",
     "distribution": "rates left out",
+    "player": "players left out: every transition may fire",
 }
 """What is not read though it says something: a note names it."""
 

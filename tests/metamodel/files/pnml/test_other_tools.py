@@ -164,6 +164,22 @@ READ: dict[str, tuple[str, Callable[[pn.Net], object], object]] = {
         lambda net: len(list(places(net))),
         1,
     ),
+    "arc ids as of PIPE": (
+        page('<arc id="t to p" source="t" target="p"/><arc id="t_to_p" source="t" target="p"/>'),
+        lambda net: [arc.id for arc in arcs(net)],
+        ["a", "t_to_p_2", "t_to_p"],
+    ),
+    "ids of names": (
+        '<page id="g"><place id="my place"><name><text>my place</text></name></place><transition id="t 1"/>'
+        '<arc id="a" source="t 1" target="my place"/></page>',
+        lambda net: [(node.id, node.name) for node in (*places(net), *transitions(net))],
+        [("my_place", "my place"), ("t_1", None)],
+    ),
+    "distribution": (
+        page(transition='distribution="constant" value="2.0" firingMode="Oldest" weight="1.0" player="1"'),
+        lambda net: len(list(transitions(net))),
+        1,
+    ),
     "ProM": (
         page() + '<finalmarkings><marking><place idref="p"><text>1</text></place></marking></finalmarkings>',
         lambda net: len(list(places(net))),
@@ -191,6 +207,7 @@ REFUSED = {
         "unknown attribute 'guard'",
         6,
     ),
+    "value of a transition": (page(transition='value="2"'), "unknown attribute 'value'", 6),
     "unknown attribute of an arc": (page(arc='multiplicity="3"'), "unknown attribute 'multiplicity'", 7),
     "unknown attribute of a page": (
         '<page id="g" kind="x"/>',
