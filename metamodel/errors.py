@@ -227,11 +227,12 @@ def near_matches(name: str, known: Iterable[str]) -> str | None:
 def _is_near(name: str, other: str) -> bool:
     one, two = (re.sub(r"[\W_]", "", each).casefold() for each in (name, other))
     shorter, longer = sorted((one, two), key=len)
-    if one == two:
+    if one == two or (len(shorter) >= LEAST_PART and longer.endswith(shorter)):
         return True
-    if len(shorter) >= LEAST_PART and (longer.startswith(shorter) or longer.endswith(shorter)):
-        return True
-    return len(shorter) > 1 and _edits(one, two) <= 1 + len(shorter) // 5
+    if longer.startswith(shorter):
+        most = 2 * len(shorter) if len(shorter) >= LEAST_PART else len(shorter) + 1
+        return 0 < len(longer) <= most
+    return len(shorter) > 1 and _edits(one, two) <= 1 + len(shorter) // 4
 
 
 def _edits(one: str, two: str) -> int:

@@ -134,7 +134,7 @@ FAULTS: Faults = {
     "misspelt feature in a forbidden pattern": (
         RULE.format("absent = [Absent(Node(pn.Arc, sorce=source))]  #!"),
         "Arc has no feature 'sorce'",
-        "did you mean 'source' or",
+        "did you mean 'source'?",
     ),
     "group that lacks a role": (
         "class Half(Fragment):\n"

@@ -88,8 +88,8 @@ def _replace_ids_with_blanks(net: etree._Element, source: Source) -> None:
     known = {id for xml in elements if (id := xml.get("id"))}
     replaced: dict[str, str] = {}
     for id in sorted(known):
-        if len(words := id.split()) > 1 or words != [id]:
-            plain = "_".join(words) or "_"
+        if (words := id.split()) and words != [id]:
+            plain = "_".join(words)
             replaced[id] = next(
                 each
                 for each in (plain, *map(f"{plain}_{{}}".format, range(2, len(known) + 3)))
