@@ -86,7 +86,7 @@ class _Search:
 
     def repeated(self, trace: tuple[int, ...]) -> list[tuple[int, ...]]:
         """Return runs that repeat a part of a run, or what repeats afterwards."""
-        found = []
+        found: list[tuple[int, int, _Repeated, tuple[int, ...]]] = []
         least = self._left // 2
         for round, end in self._rounds(trace):
             if self._left <= least:
