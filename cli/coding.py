@@ -36,13 +36,10 @@ class ModelOfCode:
         The model.
     findings : list of Finding
         Faults that the code and its names show.
-    left_out : int
-        The number of parts that the model lacks: ports, nodes, and what could not be read.
     """
 
     model: sym.SystemModel
     findings: list[Finding]
-    left_out: int
 
 
 @dataclass(frozen=True)
@@ -105,7 +102,7 @@ class Code:
         from dineros.metamodel.files.atomic import write_atomically
         from dineros.observation.findings.code import code_findings
         from dineros.observation.findings.interfaces import missing_types, unchecked_types
-        from dineros.observation.importing.coded import coded
+        from dineros.observation.importing.coded import coded, unread
         from dineros.sources.folders import file_of_ros1
         from dineros.sources.reading import Launch, read_source
 
@@ -120,9 +117,8 @@ class Code:
             shown = [facts.to_json() for _, facts in read]
             text = json.dumps(shown[0] if len(shown) == 1 else shown, indent=2, ensure_ascii=False)
             write_atomically(self.facts, f"{text}\n".encode())
-        for folder, facts in read:
-            for line in facts.unread:
-                warn(f"not read: {folder}/{line}" if folder != "." else f"not read: {line}")
+        for line in unread(read):
+            warn(line)
         if not any(facts.nodes for _, facts in read):
             old = next(((folder, path) for folder, _ in read if (path := file_of_ros1(Path(folder)))), None)
             hint = "only nodes of ROS 2 in Python and C++ are recognised"
@@ -180,19 +176,15 @@ def model_of_code(code: Code, given: Path | None, settings: Sequence[str]) -> Mo
     say_taken((*read.taken, *threads))
     search().stage("making the model")
     folder = code.folders[0]
-    imported = to_model(read.system, said, snake_case(folder.resolve().name) or "code")
+    lacks = (*read.lacks, *threads)
+    imported = to_model(read.system, said, snake_case(folder.resolve().name) or "code", lacks)
     for line in imported.left_out:
         warn(f"left out: {line}")
     for assumed in imported.assumed:
         note(f"assumed: {assumed}")
     change(imported.model, folder, settings)
     refuse_invalid(imported.model, folder)
-    absent = read.left_out + len(threads) + len(imported.left_out)
-    if absent:
-        warn(
-            f"the model lacks what could not be read ({absent}): what is proved holds if that changes nothing"
-        )
-    return ModelOfCode(imported.model, [*found, *of_part(code.mismatches(read, read.apart))], absent)
+    return ModelOfCode(imported.model, [*found, *of_part(code.mismatches(read, read.apart))])
 
 
 def faults_of_code() -> Mapping[str, Fault]:

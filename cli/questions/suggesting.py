@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from dineros.cli.analysing import HOLDS, UNKNOWN, VIOLATED
+from dineros.cli.console import warn
 from dineros.cli.presentation.suggestions import say_callback_groups, say_capacities, say_start_order
 from dineros.cli.searching import search
 from dineros.metamodel.errors import DinerosError, Location
@@ -37,6 +38,8 @@ def suggest(option: str, net: pn.Net, model: Path, as_json: bool, witnesses: boo
     DinerosError
         The model has no elements for this suggestion.
     """
+    from dineros.analysis.model.assumptions import of_source
+
     suggestion, run = _KINDS[option](net, model, as_json, witnesses), search()
 
     def so_far(ending: str) -> int:
@@ -47,6 +50,8 @@ def suggest(option: str, net: pn.Net, model: Path, as_json: bool, witnesses: boo
     suggestion.search(run.budget())
     with run.answer():
         suggestion.say("")
+        for each in of_source(net):
+            warn(f"assumes: {each}")
     return suggestion.status()
 
 

@@ -58,7 +58,7 @@ PARTS = {
         "properties": (
             "LR",
             "SystemModel Property PropertyLanguage SignalVariant Assumption Fairness ExclusiveSignals "
-            "InputSignal",
+            "SourceAssumption InputSignal",
         ),
         "channels": (
             "TB",

@@ -76,6 +76,7 @@ __all__ = [
     "ServiceChannel",
     "SignalValue",
     "SignalVariant",
+    "SourceAssumption",
     "SubscriberPort",
     "SystemModel",
     "TokenField",
@@ -1223,6 +1224,35 @@ class ExclusiveSignals(Assumption):
         toolInfos: Iterable[pn.ToolInfo] | None = None,
         suppressions: Iterable[pn.Suppression] | None = None,
         signals: Iterable[InputSignal] | None = None,
+        **unknown: Never,
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(locals())
+
+
+class SourceAssumption(Assumption):
+    """The model was made from code or observations, and lacks or presumes this: answers about all runs hold
+    if it changes nothing. Properties are decided without it.
+
+    Attributes
+    ----------
+    text : str
+        What is lacking or presumed, with its place in the code.
+    """
+
+    text: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
+
+    def __init__(
+        self,
+        *,
+        id: str | None = None,
+        name: str | None = None,
+        sourceLine: str | None = None,
+        graphics: pn.Graphics | None = None,
+        labels: Iterable[pn.Label] | None = None,
+        toolInfos: Iterable[pn.ToolInfo] | None = None,
+        suppressions: Iterable[pn.Suppression] | None = None,
+        text: str | None = None,
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()

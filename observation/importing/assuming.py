@@ -76,6 +76,6 @@ class Taken:
         return tuple(self._lines)
 
     @property
-    def lacks(self) -> int:
-        """Number of lines about parts that the model lacks."""
-        return sum(self._lines.values())
+    def lacks(self) -> tuple[str, ...]:
+        """The lines about parts that the model lacks."""
+        return tuple(line for line, is_lack in self._lines.items() if is_lack)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.build import seconds
+from dineros.metamodel.errors import printable
 from dineros.observation.importing.assuming import Assumed
 from dineros.observation.importing.channels import Channels
 from dineros.observation.importing.flows.fields import certain
@@ -44,7 +45,9 @@ class Imported:
     unused: tuple[str, ...]
 
 
-def to_model(system: ObservedSystem, given: Given | None = None, id: str = "observed") -> Imported:
+def to_model(
+    system: ObservedSystem, given: Given | None = None, id: str = "observed", lacks: Iterable[str] = ()
+) -> Imported:
     """Return a system model of an observed system.
 
     Each node is a node net that runs callbacks: subscriptions, services, goals and timers are callback pages,
@@ -58,6 +61,9 @@ def to_model(system: ObservedSystem, given: Given | None = None, id: str = "obse
         What people say of it.
     id : str
         Id of the model.
+    lacks : iterable of str
+        What the system has and its description lacks or presumes, a line each; the model states it, together
+        with what the model cannot hold.
 
     Raises
     ------
@@ -79,6 +85,8 @@ def to_model(system: ObservedSystem, given: Given | None = None, id: str = "obse
     model.otherTokenTypes.extend(channels.types.values())
     for name, text in given.properties.items():
         model.properties.append(sym.Property(id=channels.ids.new(name), text=text))
+    for line in (*lacks, *found.left_out):
+        model.assumptions.append(sym.SourceAssumption(id=channels.ids.new("source"), text=printable(line)))
     names = {node.name for node in found.nodes}
     topics = {topic.name for topic in system.topics}
     services = {service.name for service in system.services}

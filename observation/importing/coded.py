@@ -43,9 +43,9 @@ class Coded:
         Assumptions about facts that the code does not determine, a line each.
     apart : ObservedSystem
         The nodes before those that share an executor are joined.
-    left_out : int
-        How much the model lacks: lines of what could not be read, ports and nodes that are left out, waits
-        that are not modelled.
+    lacks : tuple of str
+        What the model lacks, a line each: what could not be read, ports and nodes that are left out, waits
+        that are not modelled. Proofs about the model may not hold for the code.
     programs : mapping of str to str
         The program of each node.
     """
@@ -54,7 +54,7 @@ class Coded:
     given: Given
     taken: tuple[str, ...]
     apart: ObservedSystem
-    left_out: int = 0
+    lacks: tuple[str, ...] = ()
     programs: Mapping[str, str] = field(default_factory=dict)
 
     def with_people(self, said: Given) -> Given:
@@ -105,9 +105,18 @@ def coded(read: Iterable[tuple[str, Facts]], source: str) -> Coded:
     share_executors(kept, nodes, given, taken)
     ordered = tuple(nodes[name] for name in sorted(nodes))
     system = ObservedSystem(source, ordered, is_partial=True)
-    absent = taken.lacks + sum(len(facts.unread) for _, facts in read)
+    lacks = (*unread(read), *taken.lacks)
     programs = {name: fact.program or name for fact, name in kept}
-    return Coded(system, Given(given, deciding=deciding), taken.lines, apart, absent, programs)
+    return Coded(system, Given(given, deciding=deciding), taken.lines, apart, lacks, programs)
+
+
+def unread(read: Iterable[tuple[str, Facts]]) -> tuple[str, ...]:
+    """Return what could not be read in folders, a line each."""
+    return tuple(
+        f"not read: {line}" if folder == "." else f"not read: {folder}/{line}"
+        for folder, facts in read
+        for line in facts.unread
+    )
 
 
 def merged(code: Given, people: Given) -> Given:

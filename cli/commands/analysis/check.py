@@ -154,7 +154,7 @@ def check(
     from dineros.analysis.consequences.durations import left_to_durations
     from dineros.analysis.consequences.lives import left_to_lives
     from dineros.analysis.consequences.unseen import about_seen
-    from dineros.analysis.model.assumptions import assumptions
+    from dineros.analysis.model.assumptions import assumptions, of_source
     from dineros.analysis.timed_checks.faults import TIMED_FAULTS
     from dineros.analysis.witnesses.findings import Report, Unknown
 
@@ -180,11 +180,10 @@ def check(
     run, report = search(), Report()
     net: pn.Net
     of_code: list[Finding] = []
-    left_out = 0
     if folders:
         _refuse_with_source(output, certificate)
         made = model_of_code(code, given, settings)
-        net, of_code, left_out = made.model, made.findings, made.left_out
+        net, of_code = made.model, made.findings
         model, orders, faults = folders[0], None, faults_of_code()
     elif model is None or given is not None:
         raise click.UsageError("name what to check: MODEL, or --source FOLDER; --given requires --source")
@@ -196,7 +195,7 @@ def check(
 
     def accepted(report: Report) -> Report:
         found = replace(report, findings=[*report.findings, *of_code])
-        if left_out:  # what the model lacks may do anything
+        if of_source(net):  # what the model lacks may do anything
             found = replace(found, proved=[], assumed=[*report.assumed, *report.proved])
         if found.proved or found.assumed:
             found = replace(found, assumes=assumptions(net, with_times=timed))

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from dineros.analysis.latencies.answers import End, Everything, Latencies, Latency
     from dineros.analysis.latencies.depths import Depth
     from dineros.analysis.witnesses.findings import Witness
+    from dineros.metamodel import pn
 
 EXACT_SECONDS = 60.0
 """Seconds for exact times if the command has no limit; then bounds are the answer."""
@@ -87,6 +88,7 @@ def latency(
     from dineros.analysis.bounds.answers import Bounds
     from dineros.analysis.bounds.combining import known_everything, known_latency
     from dineros.analysis.latencies.answers import Everything, Latencies, Latency, end_of, require_times
+    from dineros.analysis.model.assumptions import of_source
     from dineros.metamodel import sym
     from dineros.metamodel.errors import DinerosError, Location
     from dineros.metamodel.guards.using import guarded
@@ -96,7 +98,7 @@ def latency(
     if not isinstance(net, sym.SystemModel):
         raise DinerosError("latencies are defined for system models only", location=Location(model))
     run = search()
-    saying = _Saying(model, f"{first} to {last}", as_json)
+    saying = _Saying(model, f"{first} to {last}", as_json, of_source(net))
     run.draft(saying.nothing)
     run.stage("bounding times")
     reason, asked = "", None
@@ -148,7 +150,7 @@ def latency(
                 everything = known_everything(asked.everything(), everything)
         chains = saying.of_chain(found) if isinstance(found, Latency) else []
         write_latency_page(
-            everything, safe, net, output, model, settings, chains, worst, _notes(found, reason)
+            everything, safe, net, output, model, settings, chains, worst, _notes(net, found, reason)
         )
     elif worst is None:
         warn(f"{output} is not written: no run was found")
@@ -189,13 +191,14 @@ def _worst(
     return words, witness_of(asked.subject, shown.trace, times=shown.times)
 
 
-def _notes(found: Everything | Latency, reason: str) -> list[str]:
+def _notes(model: pn.Net, found: Everything | Latency, reason: str) -> list[str]:
     from dineros.analysis.bounds.answers import ASSUMES
+    from dineros.analysis.model.assumptions import of_source
 
     notes = [f"the search for exact times has not ended: {reason}"] if reason else []
     if not found.is_exact:
         notes.append(f"some bounds are safe bounds that may never be reached; they assume that {ASSUMES}")
-    return notes
+    return [*notes, *(f"assumes: {each}" for each in of_source(model))]
 
 
 class _Saying:
@@ -209,10 +212,12 @@ class _Saying:
         The requested chain, if any.
     as_json : bool
         Whether JSON is printed.
+    of_source : list of str
+        The assumption about the source of the model, if there is one.
     """
 
-    def __init__(self, model: Path, chain: str, as_json: bool) -> None:
-        self.model, self.chain, self.as_json = model, chain, as_json
+    def __init__(self, model: Path, chain: str, as_json: bool, of_source: list[str]) -> None:
+        self.model, self.chain, self.as_json, self.of_source = model, chain, as_json, of_source
 
     def nothing(self, ending: str) -> int:
         """Print that the search ended without a result."""
@@ -233,6 +238,8 @@ class _Saying:
             is_exact = is_exact and found.is_exact
         if self.as_json:
             assumed = {} if is_exact else {"assumes": ASSUMES}
+            if self.of_source:
+                assumed = {"assumes": "; ".join([*assumed.values(), *self.of_source])}
             why = {"ended": ended} if ended else {}
             say_json({"model": str(self.model), **found.to_dict(), **assumed, **why})
         else:
@@ -242,15 +249,18 @@ class _Saying:
                 say(f"note: the search for exact times has not ended: {ended}")
             if not is_exact:
                 say(f"note: these are safe bounds that may never be reached; they assume that {ASSUMES}")
-        return UNKNOWN if any(each.reason for each in times) else HOLDS
+            for each in self.of_source:
+                say(f"assumes: {each}")
+        return UNKNOWN if any(time.reason for time in times) else HOLDS
 
     def depths(self, found: Mapping[str, Depth]) -> int:
         """Print the needed depths; return the exit status."""
         if self.as_json:
             depths = {name: each.to_dict() for name, each in found.items()}
-            say_json({"model": str(self.model), "depths": depths})
+            assumed = {"assumes": "; ".join(self.of_source)} if self.of_source else {}
+            say_json({"model": str(self.model), "depths": depths, **assumed})
         else:
-            for line in lines_of_depths(found):
+            for line in [*lines_of_depths(found), *(f"assumes: {each}" for each in self.of_source)]:
                 say(line)
         return UNKNOWN if any(each.least is None for each in found.values()) else HOLDS
 

@@ -87,6 +87,7 @@ def import_(
             raise click.UsageError("--interfaces cannot be combined with --graph or --bag")
         return _interfaces(interfaces, output, as_json)
     code = Code(folders, facts, launch, idioms, arguments, no_cache)
+    lacks: tuple[str, ...] = ()
     from dineros.metamodel.files import save
     from dineros.metamodel.files.atomic import write_atomically
     from dineros.metamodel.ros_names import snake_case
@@ -109,7 +110,9 @@ def import_(
             found += _against(read, source)
         seen, said = within(read.system, namespaces, without), read.with_people(said)
         named = within(read.apart, namespaces, without)
-        say_taken((*read.taken, *read.lacks_of_threads(said)))
+        threads = read.lacks_of_threads(said)
+        lacks = (*read.lacks, *threads)
+        say_taken((*read.taken, *threads))
     else:
         source = Source(graph, bag, domain, namespaces, without, seconds)
         named = seen = source.system(lambda seen: bool(mismatches(seen)))
@@ -122,7 +125,7 @@ def import_(
     if folders:  # code needs no interfaces here; whose lines they are, is in the messages
         findings = [*found, *(each for each in findings if each.rule != "type-unknown")]
     search().stage("making the model")
-    imported = to_model(kept, said, snake_case(output.name.split(".")[0]))
+    imported = to_model(kept, said, snake_case(output.name.split(".")[0]), lacks)
     refuse_invalid(imported.model, output)
     save(imported.model, output)
     is_written = bool(imported.assumed or imported.recorded) and not beside.exists()

@@ -209,7 +209,28 @@ def test_proofs_about_code_that_is_not_wholly_read_are_under_an_assumption(
     result = check("--source", ".", "--format", "json")
     part = json.loads(result.stdout)
     assert part["proved"] == [] and part["assumed"]
-    assert "the model lacks what could not be read (1)" in result.stderr
+    (assumption,) = part["assumes"]
+    assert assumption.startswith("what the model lacks changes nothing (1): talker.py:")
+
+
+@pytest.mark.parametrize("file", ["saved.sym.xmi", "saved.sym.pnml"])
+def test_a_saved_model_of_code_keeps_what_it_lacks(
+    file: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each answer about all runs of a model states what the code has and the model lacks."""
+    monkeypatch.chdir(tmp_path)
+    quiet = TALKER.replace("HERE", 'self.other = self.create_client(sys.argv[1], "other")')
+    Path("talker.py").write_text(quiet.replace("        self.pub.publish(String())\n", "", 2))
+    of_code = json.loads(check("--source", ".", "--format", "json").stdout)
+    assert of_code["proved"] == [] and of_code["assumed"] and of_code["assumes"]
+    assert CliRunner().invoke(main, ["import", "--source", ".", "-o", file]).exit_code == 0
+    saved = json.loads(check(file, "--format", "json").stdout)
+    assert [saved[key] for key in ("proved", "assumed", "assumes")] == [
+        of_code[key] for key in ("proved", "assumed", "assumes")
+    ]
+    for command in (["verify", file, "--ctl", "AG (true)"], ["find", file, "--marking", "deadlock"]):
+        said = CliRunner().invoke(main, command).stdout.splitlines()
+        assert [line for line in said if line.startswith("assumes: ")] == [f"assumes: {saved['assumes'][0]}"]
 
 
 SERVES = """

@@ -81,7 +81,7 @@ def test_a_timer_that_may_stop_ticks_at_any_time_and_is_named(
     found = read(tmp_path, name, PYTHON if name.endswith(".py") else CPP, **{part: line})
     (said,) = [each for each in found.taken if "timer" in each]
     assert CASES[case] in said and "never stops: that it does is left out" in said
-    assert found.left_out == 1
+    assert len(found.lacks) == 1
     assert found.given.nodes["/robot"].open_timers
 
 
@@ -89,4 +89,4 @@ def test_a_timer_that_may_stop_ticks_at_any_time_and_is_named(
 def test_other_timers_keep_their_period(tmp_path: Path, name: str) -> None:
     """The main function cancels one when the program ends: that changes nothing."""
     found = read(tmp_path, name, PYTHON if name.endswith(".py") else CPP)
-    assert not found.given.nodes["/robot"].open_timers and found.left_out == 0
+    assert not found.given.nodes["/robot"].open_timers and found.lacks == ()
