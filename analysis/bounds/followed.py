@@ -5,7 +5,8 @@ from __future__ import annotations
 from dineros.analysis.bounds.work import NotBoundedError
 from dineros.metamodel import sym
 from dineros.metamodel.callbacks.groups import holds_thread, works_on_goals
-from dineros.metamodel.elements import channels, label, node_net_of, system_model_of
+from dineros.metamodel.elements import label, node_net_of
+from dineros.metamodel.times.paces import slots
 
 
 def why_not_followed(page: sym.CallbackPage, is_exclusive: bool, is_server: bool) -> str:
@@ -40,10 +41,5 @@ def require_held(server: sym.ServerPort) -> None:
 
 def slots_of(page: sym.CallbackPage) -> int | None:
     """Return how many goals a callback works on at once, with a thread for each; None if it does not."""
-    actions = [
-        each for each in channels(system_model_of(page), sym.ActionChannel) if each.server.page is page
-    ]
-    if not actions or not works_on_goals(page) or not holds_thread(page):
-        return None
-    numbers = [len(each.clients) if each.instances is None else each.instances for each in actions]
-    return sum(int(each) for each in numbers)
+    numbers = slots(page)
+    return sum(numbers) if numbers and works_on_goals(page) and holds_thread(page) else None

@@ -109,7 +109,11 @@ class _Solver:
         """Return the graph from each task to what publishes its messages."""
         graph: nx.DiGraph[Task] = nx.DiGraph()
         graph.add_nodes_from(self.tasks.all)
-        graph.add_edges_from((task, source.task) for task in self.tasks.all for source in task.sources)
+        for task in self.tasks.all:
+            for source in task.sources:
+                if source.paces is None:
+                    causes = [each.task for each in source.goals] or [source.task]
+                    graph.add_edges_from((task, cause) for cause in causes)
         return graph
 
     def _solve(self, part: list[Task]) -> None:
@@ -214,8 +218,27 @@ class _Solver:
         least, most = source.latency
         return None if runs is None else runs.times(source.most).spread(most - least)
 
+    def _runs_for_goals(self, source: Source, is_in_circle: bool) -> Curve | None:
+        """Return the curve of runs for the ends of goals: those under way, and those that are sent."""
+        sent = []
+        for each in source.goals:
+            runs = self._runs(each, is_in_circle)
+            if runs is None:
+                return None
+            sent.append(runs.times(each.most))
+        terms = added(sent).terms
+        if not terms:
+            return None
+        (count, period, spread), *others = terms
+        earlier = -(-source.under_way // count) * period  # so wide a spread holds all that were sent before
+        return Curve(((count, period, spread + earlier), *others), has_moments=False)
+
     def _runs(self, source: Source, is_in_circle: bool) -> Curve | None:
-        """Return the curve of runs that publish."""
+        """Return the curve of runs that publish; with paces of steps, of what these publish."""
+        if source.paces is not None:
+            return Curve(tuple((count, least, 0) for count, least in source.paces), has_moments=False)
+        if source.goals:
+            return self._runs_for_goals(source, is_in_circle)
         task = source.task
         if task in self.found.clusters and not task.is_timer:
             return self.found.clusters[task].publications(source, self.found.waited[task].delay)

@@ -33,9 +33,12 @@ from dineros.metamodel.callbacks.groups import (
 from dineros.metamodel.elements import channels, label, node_net_of, node_nets, resolve
 from dineros.metamodel.matching import are_matched
 from dineros.metamodel.times.given import latency_between, latency_of_calls, period_of, runs_at_once, waits
+from dineros.metamodel.times.once import unchanged
 from dineros.metamodel.times.orders import keeps_order
+from dineros.metamodel.times.paces import paces
 from dineros.metamodel.times.rates import seconds_of
-from dineros.metamodel.times.runs import most_put
+from dineros.metamodel.times.results import goals_ended
+from dineros.metamodel.times.runs import most_put, only_put_by
 
 
 @dataclass(eq=False, repr=False)
@@ -72,7 +75,7 @@ class Source:
     ----------
     task : Task
         What publishes them, or asks for them.
-    writer : sym.PublisherPort or sym.ClientPort
+    writer : sym.PublisherPort, sym.ClientPort or sym.ActionClientPort
     most : int
         Messages of one run.
     separation : int
@@ -81,14 +84,24 @@ class Source:
         Whether it publishes only when it ends.
     latency : tuple of int
         Least and greatest time on the way.
+    paces : tuple of (int, int) or None
+        For each step that publishes, how many messages it publishes at one moment at most, and the least time
+        between two such moments; None if a step has no such time.
+    goals : tuple of Source
+        Where goals come from whose ends call the task, if they do; a run of `most` goals calls it as often.
+    under_way : int
+        Runs of the task that can begin, or are under way, for goals that were sent before.
     """
 
     task: Task
-    writer: sym.PublisherPort | sym.ClientPort
+    writer: sym.PublisherPort | sym.ClientPort | sym.ActionClientPort
     most: int
     separation: int
     only_at_end: bool
     latency: tuple[int, int]
+    paces: tuple[tuple[int, int], ...] | None = None
+    goals: tuple[Source, ...] = ()
+    under_way: int = 0
 
 
 @dataclass(eq=False, repr=False)
@@ -168,7 +181,11 @@ class Tasks:
         self.model = model
         self.works = Works(model)
         self.all: list[Task] = []
-        for node in node_nets(model):
+        with unchanged():
+            self._read()
+
+    def _read(self) -> None:
+        for node in node_nets(self.model):
             if runs_callbacks(node):
                 self._read_node(node)
         self.unit = _unit(self._times())
@@ -256,6 +273,9 @@ class Tasks:
             for writer in topic.publishers:
                 for reader in topic.subscribers:
                     yield from _bounds_of(latency_between(writer, reader))
+                place = _place(writer.place)
+                for page in only_put_by(place) or ():
+                    yield from (each.separation for each in paces(page, place) or ())
         for service in channels(self.model, sym.ServiceChannel):
             for client in service.clients:
                 yield from _bounds_of(latency_of_calls(client))
@@ -332,10 +352,19 @@ class Tasks:
             for other in known:
                 if other.work is None:
                     most = most_put(page, place) if _runs_once_a_tick(other) else None
-                    if most is None:
-                        return other.reason
-                    task.sources.append(Source(other, writer, most, 0, False, span))
-                    continue
+                    if most is not None:
+                        task.sources.append(Source(other, writer, most, 0, False, span))
+                        continue
+                    steps = paces(page, place)
+                    if steps is None:
+                        called = self._called_by_goals(other, writer, place, span)
+                        if called is None:
+                            return other.reason
+                        task.sources.append(called)
+                        break
+                    moments = tuple((each.tokens, self.units(each.separation)) for each in steps)
+                    task.sources.append(Source(other, writer, 1, 0, False, span, moments))
+                    break  # of all tasks of the callback
                 publishes = other.work.publishes.get(place)
                 if publishes is not None:
                     separation = other.least if other.lane.is_exclusive else 0
@@ -343,12 +372,44 @@ class Tasks:
                     task.sources.append(source)
         return ""
 
+    def _called_by_goals(
+        self,
+        task: Task,
+        writer: sym.PublisherPort | sym.ClientPort,
+        place: pn.Place,
+        span: tuple[int, int],
+    ) -> Source | None:
+        """Return what a callback publishes for the ends of goals; None if nothing bounds its runs."""
+        ended, most = goals_ended(task.page), most_put(task.page, place)
+        if ended is None or most is None:
+            return None
+        sent: list[Source] = []
+        under_way = runs_at_once(task.page)
+        for goals in ended:
+            pages = None if goals.goal.tokens else only_put_by(goals.goal)
+            if pages is None:
+                return None
+            under_way += goals.times * goals.under_way
+            for page in pages:
+                number = most_put(page, goals.goal)
+                senders = self.of(page)
+                if number is None or len(senders) != 1 or not _runs_for_each_tick(senders[0]):
+                    return None
+                if number:
+                    sent.append(Source(senders[0], goals.client, number * goals.times, 0, False, (0, 0)))
+        return Source(task, writer, most, 0, False, span, goals=tuple(sent), under_way=under_way)
+
+
+def _runs_for_each_tick(task: Task) -> bool:
+    """Return whether a callback, however long it takes, runs once for a tick, and not twice at a time."""
+    page = task.page
+    is_plain = task.is_timer and not page.awaits and not readers_of(page)
+    return is_plain and task.lane.is_exclusive and task.period > 0
+
 
 def _runs_once_a_tick(task: Task) -> bool:
-    """Return whether a callback, however long it waits, runs once for a tick, and not twice at a time."""
-    page = task.page
-    is_plain = task.is_timer and waits(page) and not page.awaits and not readers_of(page)
-    return is_plain and task.lane.is_exclusive and task.period > 0
+    """Return whether that holds for a callback that waits."""
+    return waits(task.page) and _runs_for_each_tick(task)
 
 
 def _message_of(task: Task) -> pn.Place | None:

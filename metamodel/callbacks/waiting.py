@@ -148,6 +148,25 @@ def free_slots(model: sym.SystemModel, counts: Mapping[sym.ActionClientPort, int
     return found
 
 
+def goals_at_once(model: sym.SystemModel) -> dict[sym.ActionChannel, int | None]:
+    """Return how many goals each action works on at once at most; None: any number.
+
+    Without a given limit, and with a client that does not wait, each thread of the server may work on a goal;
+    the net has fewer slots then, see `free_slots`.
+    """
+    actions = channels(model, sym.ActionChannel)
+    found: dict[sym.ActionChannel, int | None] = {
+        action: len(action.clients) if action.instances is None else int(action.instances)
+        for action in actions
+    }
+    for slots in free_slots(model, goal_counts(model)) if any(a.instances is None for a in actions) else ():
+        entry = slots.action.server.entry
+        page, node = callback_page_of(entry), node_net_of(entry)
+        holds = page is not None and holds_thread(page) and node is not None
+        found[slots.action] = max(slots.number, threads_of(node)) if holds and node is not None else None
+    return found
+
+
 class Waiting:
     """Decides which clients of a system model wait.
 

@@ -7,6 +7,9 @@ moment was sent not longer ago than its greatest latency, which is such a window
 
 The engine of a node net fires what is enabled, in any order and as often as it can. There each firing of a
 transition takes the tick, or the message, that it needs: it was there when the window began, or came in it.
+
+Steps with intervals of their own bound what a callback puts, too, however often it runs, and however often a
+run repeats them (`dineros.metamodel.times.paces`).
 """
 
 from __future__ import annotations
@@ -30,6 +33,8 @@ from dineros.metamodel.times.given import (
     waits,
 )
 from dineros.metamodel.times.once import once, unchanged
+from dineros.metamodel.times.paces import paces
+from dineros.metamodel.times.results import goals_ended
 from dineros.metamodel.times.runs import most_put, only_put_by, ports_at, stand_for
 
 MOST_ON_THE_WAY = 64
@@ -112,6 +117,8 @@ def publishes_without_end(
     if pages is None:
         return True
     for page in pages:
+        if paces(page, writer.place) is not None:
+            continue
         if most_put(page, writer.place) is None:
             return True
         if page.kind == sym.CallbackKind.timer and period_of(page) is None:
@@ -142,9 +149,13 @@ def _publications(writer: sym.PublisherPort, window: Fraction, asked: frozenset[
     total = 0
     for page in pages:
         each, runs = most_put(page, writer.place), _runs(page, window, asked)
-        if each is None or runs is None:
+        by_runs = None if each is None or runs is None else each * runs
+        steps = paces(page, writer.place)
+        by_steps = None if steps is None else sum(step.within(window) for step in steps)
+        known = [bound for bound in (by_runs, by_steps) if bound is not None]
+        if not known:
             return None
-        total += each * runs
+        total += min(known)
     return total
 
 
@@ -222,6 +233,8 @@ def _begun(page: sym.CallbackPage, window: Fraction, asked: frozenset[object]) -
             return None
         jitter = Fraction(0) if page.jitter is None else seconds_of(page.jitter)
         return 2 + int((window + jitter) // seconds_of(period))
+    if page.kind == sym.CallbackKind.client:
+        return _ended(page, window, asked)
     if page.kind != sym.CallbackKind.subscriber:
         return None
     total = 0
@@ -232,6 +245,26 @@ def _begun(page: sym.CallbackPage, window: Fraction, asked: frozenset[object]) -
         if come is None:
             return None
         total += come
+    return total
+
+
+def _ended(page: sym.CallbackPage, window: Fraction, asked: frozenset[object]) -> int | None:
+    """Return how many runs of a client's callback begin in a window for the ends of goals."""
+    ended = goals_ended(page)
+    if ended is None:
+        return None
+    total = 0
+    for goals in ended:
+        pages = None if goals.goal.tokens else only_put_by(goals.goal)
+        if pages is None:
+            return None
+        sent = 0
+        for sender in pages:
+            each, runs = most_put(sender, goals.goal), _runs(sender, window, asked)
+            if each is None or runs is None:
+                return None
+            sent += each * runs
+        total += goals.times * (goals.under_way + sent)
     return total
 
 
