@@ -24,6 +24,9 @@ def constant(value: object) -> Known:
     return ("const", type(value).__name__, value)
 
 
+TRUE, FALSE = constant(True), constant(False)
+
+
 # ----------------------------------------------------------------------------------------------- conditions
 
 
@@ -40,15 +43,16 @@ class Anything(Condition):
 
 @dataclass(eq=False)
 class Received(Anything):
-    """A field of the message that the callback has received is true."""
+    """A field of the message that the callback has received has one of some values: by default, true."""
 
     name: str = ""
     at: Place | None = None
+    values: frozenset[Known] = frozenset((TRUE,))
 
 
 @dataclass(eq=False)
 class Answered(Anything):
-    """A field of the response that a client has received is true; evaluating it may be the call.
+    """A field of the response that a client has received has one of some values; asking it may be the call.
 
     Attributes
     ----------
@@ -58,12 +62,15 @@ class Answered(Anything):
         The request.
     starts : bool
         Whether the response has started the callback.
+    values : frozenset of Known
+        The values; by default, true.
     """
 
     name: str = ""
     call: Effect | None = None
     starts: bool = False
     at: Place | None = None
+    values: frozenset[Known] = frozenset((TRUE,))
 
 
 @dataclass(eq=False)
@@ -156,10 +163,10 @@ class Put(Item):
 
 @dataclass(eq=False)
 class Give(Item):
-    """An assignment of a truth value to a field of a response of a service; None: any value."""
+    """An assignment to a field of a response of a service; None: of any value; no name: to all fields."""
 
     name: str
-    value: bool | None
+    value: Known | None
     at: Place
 
 
@@ -294,7 +301,7 @@ def _both(known: Fields, more: Fields) -> Fields:
 
 def _tested(condition: Condition, outcome: bool) -> Fields:
     """Return the fields that are known after a test."""
-    if isinstance(condition, Received):
+    if isinstance(condition, Received) and condition.values == {TRUE}:
         return frozenset(((condition.name, outcome),))
     if isinstance(condition, Negated):
         return _tested(condition.condition, not outcome)

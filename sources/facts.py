@@ -173,7 +173,7 @@ class Effect:
         Locks that are held meanwhile.
     path : tuple
         The calls that lead to it.
-    sends : dict of str to bool
+    sends : dict of str to Known
         Fields of the published message that have this value each time.
     given : dict of str to bool
         Fields of the message that the callback received: it has the effect only if they are true or false.
@@ -189,7 +189,7 @@ class Effect:
     timeout: float | None = None
     holding: tuple[str, ...] = ()
     path: tuple[object, ...] = field(default=(), repr=False)
-    sends: dict[str, bool] = field(default_factory=dict)
+    sends: dict[str, Known] = field(default_factory=dict)
     given: dict[str, bool] = field(default_factory=dict)
 
     def to_json(self) -> dict[str, Any]:
@@ -206,7 +206,7 @@ class Effect:
         if self.given:
             found["if"] = self.given
         if self.sends:
-            found["sends"] = self.sends
+            found["sends"] = {name: value[-1] for name, value in self.sends.items()}
         return found
 
 

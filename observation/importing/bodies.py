@@ -156,13 +156,11 @@ class Body:
         state = self.place("runs", tokenType=message.tokenType)
         flow(begin, state)
         begin.assigns = f"{_field(state, received.name)} := {_field(message, received.name)}"
-        flows = ((True, received.is_true), (False, received.is_false))
-        self._limit(step for _, each in flows for step in steps_of(each))
+        self._limit(step for _, each in received.branches for step in steps_of(each))
         after = self.place("goes_on")
-        for value, branches in flows:
-            text = str(value).lower()
-            tests = self.transition(f"{flat(received.name)}_is_{text}", at=received.at)
-            tests.guard = f"{_field(state, received.name)} = {text}"
+        for value, branches in received.branches:
+            tests = self.transition(f"{flat(received.name)}_is_{value}", at=received.at)
+            tests.guard = f"{_field(state, received.name)} = {_worth(value)}"
             if branches.start == branches.end:
                 flow(state, tests, after)
                 continue
@@ -199,16 +197,15 @@ class Body:
             elif isinstance(label, Set):
                 self._set(label, before, after)
             elif isinstance(label, Has):
-                text = str(label.value).lower()
-                tests = self.transition(f"{flat(label.name)}_is_{text}", at=label.at)
+                tests = self.transition(f"{flat(label.name)}_is_{label.value}", at=label.at)
                 if _has_type(before):
-                    tests.guard = f"{_field(before, label.name)} = {text}"
+                    tests.guard = f"{_field(before, label.name)} = {_worth(label.value)}"
                 flow(before, tests, after)
             elif isinstance(label, Answers):
                 answers = self.transition("answers")
                 flow(before, answers, after)
                 if label.value is not None and _has_type(after):
-                    answers.assigns = f"{_field(after, label.name)} := {str(label.value).lower()}"
+                    answers.assigns = f"{_field(after, label.name)} := {_worth(label.value)}"
             elif isinstance(label, Ask):
                 for value in sorted(label.values):
                     asks = self.transition(f"{flat(label.variable)}_is_{flat(value)}", at=label.at)
@@ -263,7 +260,7 @@ class Body:
             flow(call.response, has, after)
             if step.answer is not None and call.response.tokenType is not None:
                 field, value = step.answer
-                has.guard = f"{_field(call.response, field)} = {str(value).lower()}"
+                has.guard = f"{_field(call.response, field)} = {_worth(value)}"
             if call.timed_out is not None:
                 flow(call.timed_out, self.transition(f"gives_up_{name}", at=step.at), after)
             return
@@ -279,7 +276,7 @@ class Body:
             flow(does, self._here(place))
             if step.sends and isinstance(place, sym.Place) and place.tokenType is not None:
                 does.assigns = ", ".join(
-                    f"{_field(place, name)} := {str(value).lower()}" for name, value in step.sends
+                    f"{_field(place, name)} := {_worth(value)}" for name, value in step.sends
                 )
 
     def _here(self, place: pn.Place) -> pn.ReferencePlace:
@@ -302,6 +299,11 @@ def _field(place: pn.Place, field: str) -> str:
     """Return a field of the token of a place, as guards and assignments write it."""
     quoted = str(place.id).replace("\\", "\\\\").replace('"', '\\"')
     return f'"{quoted}".{field}'
+
+
+def _worth(value: str) -> str:
+    """Return the value of a field, as guards and assignments write it."""
+    return value if value in ("true", "false") else f"'{value}'"
 
 
 _VERBS = {"publish": "publishes", "send": "sends", "goal": "wants", "cancel": "cancels"}

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.matching import Quality
+from dineros.metamodel.token_types.installed import installed_interfaces
 from dineros.observation.importing.flows.labels import Deciding, of_service
 from dineros.observation.importing.names import Ids, flat
 from dineros.observation.systems import USUAL, Endpoint, TopicEndpoint
@@ -38,7 +39,10 @@ class Channels:
         """Return the token type of the messages of a topic; None: their data does not matter."""
         if topic not in self.deciding:
             return None
-        name = self.deciding[topic].type
+        deciding = self.deciding[topic]
+        if deciding.numbers or installed_interfaces(deciding.type.partition("/")[0]) is None:
+            return self._type(deciding)
+        name = deciding.type
         if name not in self.types:
             id = self.ids.new(f"type.{flat(name)}")
             self.types[name] = sym.TokenType(id=id, ros=name)
@@ -47,13 +51,22 @@ class Channels:
     def responses(self, service: str) -> sym.TokenType | None:
         """Return the token type of the responses of a service; None: their data does not matter."""
         deciding = self.deciding.get(of_service(service))
-        if deciding is None:
-            return None
+        return None if deciding is None else self._type(deciding)
+
+    def _type(self, deciding: Deciding) -> sym.TokenType:
+        """Return a token type with the field that decides, and the values that are distinguished."""
         name = f"{deciding.type}.{deciding.name}"
-        if name not in self.types:
-            fields = [sym.TokenField(name=deciding.name, kind="boolean")]
-            self.types[name] = sym.TokenType(id=self.ids.new(f"type.{flat(name)}"), fields=fields)
-        return self.types[name]
+        values = ", ".join(
+            f"{text}={number}" for text, number in zip(deciding.texts, deciding.numbers, strict=False)
+        )
+        key = f"{name} {values}"
+        if key not in self.types:
+            field = sym.TokenField(name=deciding.name, kind="integer" if values else "boolean")
+            if values:
+                field.values = values
+                field.default = str(deciding.numbers[0])
+            self.types[key] = sym.TokenType(id=self.ids.new(f"type.{flat(name)}"), fields=[field])
+        return self.types[key]
 
     def all(self) -> list[sym.Channel]:
         """Return all channels, by their names."""

@@ -87,7 +87,7 @@ def coded(read: Iterable[tuple[str, Facts]], source: str) -> Coded:
     interfaces = Interfaces()
     for _, facts in read:
         interfaces.add(facts.interfaces)
-    deciding = {**deciding_fields(named), **deciding_responses(named, interfaces)}
+    deciding = {**deciding_fields(named, interfaces), **deciding_responses(named, interfaces)}
     for number, one in enumerate(coded_nodes):
         fact = one.fact
         one.chosen = taken_of(one.names, number, types)
@@ -311,7 +311,7 @@ class _CodedNode:
             lambda fact: behaviour.steps(fact) is None,
             self.is_spun,
             self._folder,
-            {key: each.name for key, each in self.deciding.items()},
+            self.deciding,
         )
         callbacks: dict[str, GivenCallback] = {}
         timers: dict[str, float] = {}
@@ -391,7 +391,7 @@ class _CodedNode:
     def _received(self, entity: Entity) -> Received | None:
         """Return the branches of a subscription's callback, if a field of its message decides."""
         deciding = self.deciding.get(self.names.get(entity, "")) if entity.kind == "subscriptions" else None
-        found = None if deciding is None else self._decisions.received(entity, deciding.name)
+        found = None if deciding is None else self._decisions.received(entity, deciding)
         if found is not None:
             words = f"{found.name} decides; {self.names[entity]} is assumed to have the known publishers only"
             self._taken.lack(f"{found.at}: {words}")  # another publisher may send other values

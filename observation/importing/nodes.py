@@ -151,8 +151,8 @@ class NodeBuilder(Abilities):
             return None
         if deciding.name != said.received.name:
             return None
-        yes, no = self._able(name, said.received.is_true), self._able(name, said.received.is_false)
-        return replace(said.received, is_true=yes, is_false=no)
+        branches = tuple((value, self._able(name, flow)) for value, flow in said.received.branches)
+        return replace(said.received, branches=branches)
 
     def _newest(self, port: sym.SubscriberPort, endpoint: TopicEndpoint, limit: int) -> None:
         """Decide whether a reader needs only the newest message: by default, from its QoS."""

@@ -89,11 +89,11 @@ class Behaviour:
         is_one_of_several = effect.entity.details.get("instances") and step.times == ""
         return replace(step, times="?") if is_one_of_several else step
 
-    def _sends(self, effect: Effect, name: str) -> tuple[tuple[str, bool], ...]:
+    def _sends(self, effect: Effect, name: str) -> tuple[tuple[str, str], ...]:
         deciding = self._deciding.get(name) if effect.do == "publish" else None
         if deciding is None or deciding.name not in effect.sends:
             return ()
-        return ((deciding.name, effect.sends[deciding.name]),)
+        return ((deciding.name, deciding.known[effect.sends[deciding.name]]),)
 
     def in_branch(self, effect: Effect) -> Step | None:
         """Return the step of an effect in its branch, where it happens once, possibly one of several."""

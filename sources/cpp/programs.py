@@ -287,12 +287,14 @@ def _read(machine: Statements, todo: Todo) -> None:
     machine.changes = []
     machine.calls, machine.frames, machine.holding = [], [], []
     machine.ways_out, machine.asked = [], set()
-    todo.fact.effects = []
+    machine.block, machine.is_lost = [], False
+    todo.fact.effects, todo.fact.body = [], None
     node = _node_of(todo.target)
     if node is None:
         todo.fact.is_open = True
         return
     machine.invoke(todo.target, [], node, Frame(todo.fact.at.file, ""))
+    todo.fact.body = machine.body_of(todo.fact, node)
     if todo.fact.kind == "accepted" and todo.entity is not None and "execute" not in todo.entity.callbacks:
         todo.entity.callbacks["execute"] = todo.fact
         todo.entity.details["execute"] = todo.fact.name

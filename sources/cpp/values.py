@@ -113,6 +113,7 @@ class Frame:
     result: Value | None = None
     level: int = 0
     off: int = 0
+    routine: Node | None = None
 
 
 @dataclass(eq=False)

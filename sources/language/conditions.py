@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import ast
+import re
 
 from dineros.sources.branches import (
+    FALSE,
     OTHER,
     SOME,
+    TRUE,
     Accepted,
     Answered,
     Anything,
@@ -44,6 +47,8 @@ from dineros.sources.language.values import (
     options,
 )
 
+_RESPONSE = re.compile(r"\w+\.srv\.\w+\.Response")
+"""Path of the class of a service's responses."""
 _SIMPLE = (bool, int, str, type(None))
 """Types of constants that a variable of a model may have."""
 
@@ -83,15 +88,21 @@ class Conditions(Imports):
         return Anything()
 
     def _asked(self, test: ast.Attribute, frame: Frame) -> Condition:
-        if self._is_received(test, frame):
-            return Received(name=test.attr, at=self.place(test, frame))
+        field = self._field(test, frame)
+        if field is not None:
+            return field
         value = self._alone(test.value, frame)
-        if isinstance(value, Response):
-            return self._answered(test, value, frame)
         if isinstance(value, Goal) and value.side == "client" and test.attr == "accepted":
             return Accepted(value.entity)
         variable = self._attribute(value, test.attr)
         return Anything() if variable is None else Compared(variable, "==", self.place(test, frame))
+
+    def _field(self, test: ast.Attribute, frame: Frame) -> Received | Answered | None:
+        """Return the condition that a field of a message or a response is true; None: of something else."""
+        if self._is_received(test, frame):
+            return Received(name=test.attr, at=self.place(test, frame))
+        value = self._alone(test.value, frame)
+        return self._answered(test, value, frame) if isinstance(value, Response) else None
 
     def _is_received(self, test: ast.Attribute, frame: Frame) -> bool:
         """Return whether a test asks a field of the message that the callback has received, unchanged."""
@@ -106,18 +117,18 @@ class Conditions(Imports):
             and is_only_read(function.node, test.value.id)
         )
 
-    def _answered(self, test: ast.Attribute, value: Response, frame: Frame) -> Condition:
+    def _answered(self, test: ast.Attribute, value: Response, frame: Frame) -> Answered | None:
         """Return the condition of a test that asks a field of a response that a client has received."""
         effect, function = value.effect, frame.function
         if effect is None or function is None or test.attr.startswith("_"):
-            return Anything()
+            return None
         at = self.place(test, frame)
         if asked_call(function.node, test.value) is not None:
             return Answered(name=test.attr, call=effect, at=at)
         is_first = len(self.calls) == 1 and function is self.calls[0] and effect.then is self.activity.fact
         if is_first and asked_future(function.node, test.value) is not None:
             return Answered(name=test.attr, call=effect, starts=True, at=at)
-        return Anything()
+        return None
 
     def _called_and_asked(self, test: ast.expr, frame: Frame, before: list[Item]) -> Condition | None:
         """Return the condition of ``self.client.call(request).success``, whose call has been read."""
@@ -143,7 +154,7 @@ class Conditions(Imports):
         if target.value.id != found[0] or target.attr not in found[1]:
             return
         at, test = self.place(target, frame), None
-        known = expr.value if isinstance(expr, ast.Constant) and isinstance(expr.value, bool) else None
+        known = None if expr is None else self.fixed(expr, frame)
         if known is None and expr is not None:
             test = (
                 self._asked(expr, frame)
@@ -153,10 +164,66 @@ class Conditions(Imports):
         if test is None or isinstance(test, Anything):
             self.activity.block.append(Give(target.attr, known, at))
             return
-        yes, no = (Give(target.attr, each, at) for each in (True, False))
+        yes, no = (Give(target.attr, each, at) for each in (TRUE, FALSE))
         self.activity.block.append(Branch(test, [yes], [no]))
 
+    def returns(self, expr: ast.expr | None, frame: Frame) -> None:
+        """Record that the callback of a service returns another response than its parameter."""
+        function = frame.function
+        if function is None or len(self.calls) != 1 or function is not self.calls[0]:
+            return
+        found = response_of(function.node) if self.activity.fact.kind == "service" else None
+        if found is None or expr is None or (isinstance(expr, ast.Name) and expr.id == found[0]):
+            return
+        at = self.place(expr, frame)
+        self.activity.block.append(Give("", None, at))
+        if not isinstance(expr, ast.Call) or expr.args or any(each.arg is None for each in expr.keywords):
+            return
+        made = self._alone(expr.func, frame) if isinstance(expr.func, ast.Attribute) else None
+        if not isinstance(made, Outside) or made.is_star or not _RESPONSE.fullmatch(made.path):
+            return
+        for each in expr.keywords:
+            self.activity.block.append(Give(str(each.arg), self.fixed(each.value, frame), at))
+
+    def fixed(self, expr: ast.expr, frame: Frame) -> Known | None:
+        """Return the truth value, whole number or constant of an interface that an expression names."""
+        known = self._known(expr, None, frame)
+        if known is None or known[0] not in ("const", "outside"):
+            return None
+        return known if known[0] == "outside" or isinstance(known[2], int) else None
+
     def _compared(self, left: ast.expr, operator: ast.cmpop, right: ast.expr, frame: Frame) -> Condition:
+        return self._field_compared(left, operator, right, frame) or self._variable_compared(
+            left, operator, right, frame
+        )
+
+    def _field_compared(
+        self, left: ast.expr, operator: ast.cmpop, right: ast.expr, frame: Frame
+    ) -> Condition | None:
+        """Return the condition of a comparison of a field with constants; None: of another comparison."""
+        pairs = [(left, right)]
+        if isinstance(operator, (ast.Eq, ast.NotEq)):
+            pairs.append((right, left))
+        elif not isinstance(operator, (ast.In, ast.NotIn)):
+            return None
+        for asked, other in pairs:
+            field = self._field(asked, frame) if isinstance(asked, ast.Attribute) else None
+            if field is None:
+                continue
+            several = isinstance(operator, (ast.In, ast.NotIn))
+            if several and not isinstance(other, (ast.Tuple, ast.List, ast.Set)):
+                return Anything()
+            values = [self.fixed(each, frame) for each in (other.elts if several else [other])]  # type: ignore[attr-defined]
+            known = [each for each in values if each is not None]
+            if len(known) < len(values):
+                return Anything()
+            field.values = frozenset(known)
+            return Negated(field) if isinstance(operator, (ast.NotEq, ast.NotIn)) else field
+        return None
+
+    def _variable_compared(
+        self, left: ast.expr, operator: ast.cmpop, right: ast.expr, frame: Frame
+    ) -> Condition:
         if isinstance(operator, (ast.Eq, ast.NotEq)) and not isinstance(left, ast.Attribute):
             left, right = right, left
         variable = None

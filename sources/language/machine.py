@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from dineros.sources.branches import Anything, Branch, Do, Loop
-from dineros.sources.facts import CallbackFact, Effect, Entity, Item, NodeFact, Place
+from dineros.sources.facts import CallbackFact, Effect, Entity, Item, Known, NodeFact, Place
 from dineros.sources.language.attributes import Attributes, Slots, Written
 from dineros.sources.language.modules import Module, Modules
 from dineros.sources.language.values import (
@@ -286,7 +286,7 @@ class Machine(Slots):
         how: str = "",
         entity: Entity | None = None,
         timeout: float | None = None,
-        sends: dict[str, bool] | None = None,
+        sends: dict[str, Known] | None = None,
     ) -> Effect:
         """Record an effect of the activity; equal effects at one location are recorded once."""
         activity = self.activity
@@ -303,7 +303,7 @@ class Machine(Slots):
                 path,
             ) and known.entity is entity:
                 known.sends = {
-                    key: each for key, each in known.sends.items() if (sends or {}).get(key) is each
+                    key: each for key, each in known.sends.items() if (sends or {}).get(key) == each
                 }
                 activity.block.append(Do(known))
                 return known
@@ -338,6 +338,10 @@ class Machine(Slots):
 
     def evaluate(self, node: ast.expr, frame: Frame) -> Value:
         """Return the value of an expression."""
+        raise NotImplementedError
+
+    def fixed(self, expr: ast.expr, frame: Frame) -> Known | None:
+        """Return the truth value, whole number or constant of an interface that an expression names."""
         raise NotImplementedError
 
     def execute(self, body: list[ast.stmt], frame: Frame) -> set[str]:

@@ -129,6 +129,7 @@ class Statements(Assignments):
 
     def _run_Return(self, node: ast.Return, frame: Frame) -> set[str]:  # noqa: N802
         frame.returns.append(Const(None) if node.value is None else self.evaluate(node.value, frame))
+        self.returns(node.value, frame)
         return self._leave(RETURNS)
 
     def _leave(self, way: str) -> set[str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 
-from dineros.sources.facts import HELD, Entity, NodeFact
+from dineros.sources.facts import HELD, Entity, Known, NodeFact
 from dineros.sources.language.fields.messages import sent
 from dineros.sources.language.values import (
     NONE,
@@ -102,7 +102,7 @@ class Doer:
             effect("destroy", entity.port, node, frame, entity=entity)
         return None
 
-    def _sent(self, entity: Entity, node: ast.AST, frame: Frame) -> dict[str, bool]:
+    def _sent(self, entity: Entity, node: ast.AST, frame: Frame) -> dict[str, Known]:
         """Return the fields of a published message that are certain, if the code makes it of its class."""
         if not isinstance(node, ast.Call) or not isinstance(node.func, ast.Attribute):
             return {}
@@ -119,7 +119,10 @@ class Doer:
         made = self.machine.evaluate(maker, frame)
         if not isinstance(made, Outside) or made.is_star:
             return {}
-        return fields if made.path == entity.type.replace("/", ".") else {}
+        if made.path != entity.type.replace("/", "."):
+            return {}
+        values = {name: self.machine.fixed(value, frame) for name, value in fields.items()}
+        return {name: value for name, value in values.items() if value is not None}
 
     def _action_client(
         self, entity: Entity, port: Port, call: Made, node: ast.AST, frame: Frame

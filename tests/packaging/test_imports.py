@@ -165,7 +165,8 @@ FOLDERS = {
         *("making", "left_out", "ports", "waiting", "doing", "programs"),
     ],
     "sources/cpp/following": [
-        *("reach", "reached", "ways", "machine", "expressions", "routines", "calls", "loops", "statements"),
+        *("answers", "reach", "reached", "ways", "machine", "expressions", "routines", "calls", "fields"),
+        *("loops", "choices", "statements"),
     ],
     "sources/language": [
         *(

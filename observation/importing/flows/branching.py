@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 
 from dineros.observation.importing.flows.graphs import Graph
 from dineros.observation.importing.flows.knowing import GIVEN, STARTED
-from dineros.observation.importing.flows.labels import Ask, Has, Know, Label, Set, Step, Test
+from dineros.observation.importing.flows.labels import Ask, Deciding, Has, Know, Label, Set, Step, Test
 from dineros.sources.branches import (
     Accepted,
     Answered,
@@ -43,17 +43,25 @@ class Responses:
 
     Attributes
     ----------
-    calls : mapping of Effect to str
+    calls : mapping of Effect to Deciding
         Of the responses of its calls.
-    started : str
+    started : Deciding or None
         Of the response that has started it.
-    given : str
+    given : Deciding or None
         Of the response that it gives.
     """
 
-    calls: Mapping[Effect, str] = field(default_factory=dict)
-    started: str = ""
-    given: str = ""
+    calls: Mapping[Effect, Deciding] = field(default_factory=dict)
+    started: Deciding | None = None
+    given: Deciding | None = None
+
+    def values(self) -> dict[str, frozenset[str]]:
+        """Return all values of the fields, by their names."""
+        found: dict[str, frozenset[str]] = {}
+        for each in (*self.calls.values(), self.started, self.given):
+            if each is not None:
+                found[each.name] = found.get(each.name, frozenset()) | frozenset(each.texts)
+        return found
 
 
 _MOST_TURNS = 3
@@ -75,8 +83,8 @@ class Branching:
         Whether the goal is accepted of which the callback is told; None: it may be or not.
     folder : str
         In which the files are.
-    received : mapping of str to bool
-        Fields of the message that the callback has received.
+    received : (Deciding, str) or None
+        A field of the message that the callback has received, with its value.
     responses : Responses
         Fields of responses.
     """
@@ -88,11 +96,11 @@ class Branching:
         texts: Callable[[Variable], Mapping[tuple[object, ...], str]],
         accepted: bool | None = None,
         folder: str = "",
-        received: Mapping[str, bool] | None = None,
+        received: tuple[Deciding, str] | None = None,
         responses: Responses | None = None,
     ) -> None:
         self._responses = responses or Responses()
-        self._received = received or {}
+        self._received = received
         self._folder = folder
         self._step, self._names, self._texts, self._accepted = step, names, texts, accepted
         self._ways: dict[str, int] = {"returns": END, "raises": END, "breaks": END, "continues": END}
@@ -102,14 +110,15 @@ class Branching:
     def read(self, body: Block) -> int:
         """Add a body; return its first state."""
         start = first = self._state()
-        if self._responses.started:
+        started = self._responses.started
+        if started is not None:
             asked = (each for one in conditions(body) for each in parts(one))
             at = next((each.at for each in asked if isinstance(each, Answered) and each.starts), None)
             first = self._state()
-            for value in (True, False):
+            for value in started.texts:
                 has = self._state()
                 line = "" if at is None else self._at(at)
-                self.graph.edge(start, Has(self._responses.started, value, line), has)
+                self.graph.edge(start, Has(started.name, value, line), has)
                 self.graph.edge(has, Know(STARTED, value), first)
         self.graph.edge(self._block(body, first), None, END)
         return start
@@ -168,9 +177,9 @@ class Branching:
         label, is_perhaps = found
         after = self._state()
         if asked is not None and isinstance(label, Step) and label.verb == "call":
-            for value in (True, False):
+            for value in asked.texts:
                 answered = self._state()
-                self.graph.edge(state, replace(label, answer=(asked, value)), answered)
+                self.graph.edge(state, replace(label, answer=(asked.name, value)), answered)
                 self.graph.edge(answered, Know(effect, value), after)
         else:
             self.graph.edge(state, label, after)
@@ -185,8 +194,11 @@ class Branching:
         return after
 
     def _gives(self, item: Give, state: int) -> int:
-        is_asked = item.name == self._responses.given
-        return self._marked(state, Know(GIVEN, item.value)) if is_asked else state
+        given = self._responses.given
+        if given is None or item.name not in ("", given.name):
+            return state
+        value = None if item.value is None else given.known.get(item.value)
+        return self._marked(state, Know(GIVEN, value))
 
     def _puts(self, item: Put, state: int) -> int:
         name = self._names.get(item.variable)
@@ -295,26 +307,37 @@ class Branching:
                     self.graph.edge(state, Ask(name, values, self._at(condition.at)), target)
         elif isinstance(condition, Accepted) and self._accepted is not None:
             self.graph.edge(state, None, yes if self._accepted else no)
-        elif isinstance(condition, Answered) and (key := self._key(condition)) is not None:
+        elif isinstance(condition, Answered) and (asked := self._answer(condition)) is not None:
+            key, values, others = asked
             state = self._block(condition.before, state)
-            self.graph.edge(state, Test(key, True), yes)
-            self.graph.edge(state, Test(key, False), no)
-        elif isinstance(condition, Received) and condition.name in self._received:
-            self.graph.edge(state, None, yes if self._received[condition.name] else no)
+            self.graph.edge(state, Test(key, values), yes)
+            self.graph.edge(state, Test(key, others), no)
+        elif isinstance(condition, Received) and (holds := self._holds(condition)) is not None:
+            self.graph.edge(state, None, yes if holds else no)
         else:
             if isinstance(condition, Anything):
                 state = self._block(condition.before, state)
             self.graph.edge(state, None, yes)
             self.graph.edge(state, None, no)
 
-    def _key(self, condition: Answered) -> object | None:
-        """Return the response that a test asks, if the field matters."""
-        if condition.starts:
-            return STARTED if condition.name == self._responses.started else None
-        effect = condition.call
-        if effect is None or self._responses.calls.get(effect) != condition.name:
+    def _holds(self, condition: Received) -> bool | None:
+        """Return whether a test of the received message holds; None: it is not known."""
+        if self._received is None or condition.name != self._received[0].name:
             return None
-        return effect
+        values = self._received[0].among(condition.values)
+        return None if values is None else self._received[1] in values
+
+    def _answer(self, condition: Answered) -> tuple[object, frozenset[str], frozenset[str]] | None:
+        """Return the response that a test asks, with the values for which it holds and does not hold."""
+        key: object = STARTED if condition.starts else condition.call
+        if condition.starts:
+            asked = self._responses.started
+        else:
+            asked = None if condition.call is None else self._responses.calls.get(condition.call)
+        values = asked.among(condition.values) if asked is not None else None
+        if asked is None or values is None or asked.name != condition.name:
+            return None
+        return key, values & frozenset(asked.texts), frozenset(asked.texts) - values
 
 
 def _sign(block: Block) -> tuple[object, ...]:
@@ -341,7 +364,7 @@ def _asks(condition: Condition) -> tuple[object, ...]:
     if isinstance(condition, Compared):
         return (id(condition.variable), condition.operator, condition.value)
     if isinstance(condition, Received):
-        return ("received", condition.name)
+        return ("received", condition.name, condition.values)
     if isinstance(condition, Answered):
-        return ("answered", condition.name, id(condition.call), condition.starts)
+        return ("answered", condition.name, id(condition.call), condition.starts, condition.values)
     return (type(condition).__name__, id(getattr(condition, "client", None)))

@@ -11,6 +11,7 @@ from dineros.observation.importing.flows.graphs import either, passes, simplifie
 from dineros.observation.importing.flows.knowing import decided, followed, has_data
 from dineros.observation.importing.flows.labels import (
     Ask,
+    Deciding,
     Flow,
     GivenVariable,
     Label,
@@ -57,7 +58,7 @@ class Decisions:
         Whether an executor runs the callbacks.
     folder : str
         In which the files are.
-    fields : mapping of str to str
+    fields : mapping of str to Deciding
         Fields of responses that decide, by the keys of the services.
     """
 
@@ -69,7 +70,7 @@ class Decisions:
         is_open: Callable[[CallbackFact], bool],
         is_spun: bool,
         folder: str = "",
-        fields: Mapping[str, str] | None = None,
+        fields: Mapping[str, Deciding] | None = None,
     ) -> None:
         self._fields = fields or {}
         self._fact, self._names, self._step, self._is_open = fact, names, step, is_open
@@ -109,7 +110,7 @@ class Decisions:
         flow = self._flow(fact)
         return without_marks(flow) if self._decides(flow) else None
 
-    def received(self, entity: Entity, field: str) -> Received | None:
+    def received(self, entity: Entity, field: Deciding) -> Received | None:
         """Return the flows of a subscription's callback by a field of its message; None: it does not decide.
 
         Callbacks that depend on variables, too, stay open about the message.
@@ -117,16 +118,17 @@ class Decisions:
         fact = entity.callbacks.get("callback")
         if fact is None or fact not in self._called or self._decides(self._flow(fact)):
             return None
-        tests = [each for each in tested(fact) if each.name == field]
-        flows = []
-        for value in (True, False):
-            made = Branching(self._label, {}, _texts, None, self._folder, {field: value})
+        tests = [each for each in tested(fact) if each.name == field.name]
+        branches = []
+        for value in field.texts:
+            made = Branching(self._label, {}, _texts, None, self._folder, (field, value))
             start = made.read(fact.body or [])
-            flows.append(without_marks(simplified(made.graph, start, {})))
-        if flows[0] == flows[1] or max(len(flow.edges) for flow in flows) > MOST_EDGES:
+            branches.append((value, without_marks(simplified(made.graph, start, {}))))
+        flows = [flow for _, flow in branches]
+        if all(each == flows[0] for each in flows) or max(len(flow.edges) for flow in flows) > MOST_EDGES:
             return None
         at = next((each.at for each in tests if each.at is not None), None)
-        return Received(field, flows[0], flows[1], "" if at is None else located(at, self._folder))
+        return Received(field.name, tuple(branches), "" if at is None else located(at, self._folder))
 
     def after(self, client: Entity) -> Flow | None:
         """Return the flow started by the responses of a client, or by the results of its goals."""
@@ -178,26 +180,29 @@ class Decisions:
         values = {name: tuple(_texts(each).values()) for each, name in self._variables.items()}
         if responses == Responses():
             return simplified(made.graph, start, values)
-        return decided(simplified(*followed(made.graph, start, responses.given), values), values)
+        given = "" if responses.given is None else responses.given.name
+        flow = simplified(*followed(made.graph, start, given), values)
+        return decided(flow, values, responses.values())
 
     def _responses(self, fact: CallbackFact) -> Responses:
         """Return the fields of responses on which a callback depends, or that it gives."""
         if not self._fields:
             return Responses()
-        calls: dict[Effect, str] = {}
-        started = ""
+        calls: dict[Effect, Deciding] = {}
+        started: Deciding | None = None
         for each in answers_tested(fact):
             client = None if each.call is None else each.call.entity
             name = "" if client is None else self._names.get(client, "")
-            if each.call is None or self._fields.get(of_service(name)) != each.name:
+            field = self._fields.get(of_service(name))
+            if each.call is None or field is None or field.name != each.name:
                 continue
             if not each.starts:
-                calls[each.call] = each.name
+                calls[each.call] = field
             elif self._is_only(client):
-                started = each.name
+                started = field
         entity = self._called.get(fact)
         is_server = entity is not None and entity.kind == "services"
-        given = self._fields.get(of_service(self._names[entity]), "") if is_server and entity else ""
+        given = self._fields.get(of_service(self._names[entity])) if is_server and entity else None
         return Responses(calls, started, given) if len(calls) <= _MOST_CALLS else Responses(given=given)
 
     def _is_only(self, client: Entity | None) -> bool:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from dineros.metamodel.token_types.installed import MESSAGE, UnknownInterfaceError, installed_fields
 from dineros.observation.importing.flows.deciding import answers_tested, tested
 from dineros.observation.importing.flows.labels import Deciding, of_service
+from dineros.observation.importing.flows.values import KINDS, deciding, is_of
 from dineros.observation.importing.given import Given, GivenNode
 from dineros.observation.systems import ObservedNode
 from dineros.sources.branches import Give, walk
-from dineros.sources.facts import Entity, NodeFact, is_open
+from dineros.sources.facts import Entity, Known, NodeFact, is_open
 from dineros.sources.interfaces import Interfaces
 
 _MOST_DEPTH = 1
@@ -19,8 +19,12 @@ _WORDS = {"and", "between", "false", "not", "or", "true"}
 """Words of the language of guards."""
 
 
-def deciding_fields(nodes: Iterable[tuple[NodeFact, Mapping[Entity, str]]]) -> dict[str, Deciding]:
-    """Return for each topic the boolean field that a callback tests and whose value all publications have.
+def deciding_fields(
+    nodes: Iterable[tuple[NodeFact, Mapping[Entity, str]]], interfaces: Interfaces
+) -> dict[str, Deciding]:
+    """Return for each topic the field that a callback tests and whose value is known in all publications.
+
+    The field is a truth value or a whole number.
 
     If one of them may have any value, both branches can run. If they have both values, too, unless the queues
     are short: the number of contents of a queue doubles with each message that guards distinguish.
@@ -29,12 +33,14 @@ def deciding_fields(nodes: Iterable[tuple[NodeFact, Mapping[Entity, str]]]) -> d
     ----------
     nodes : iterable of (NodeFact, mapping of Entity to str)
         The nodes, and the full names of their topics.
+    interfaces : Interfaces
+        Those of the folders.
     """
     types: dict[str, set[str]] = {}
     lent: set[str] = set()
-    asked: dict[str, set[str]] = {}
+    asked: dict[str, dict[str, set[Known]]] = {}
     deep: set[str] = set()
-    sent: dict[str, dict[str, set[bool]]] = {}
+    sent: dict[str, dict[str, set[Known]]] = {}
     for fact, names in nodes:
         for entity, name in names.items():
             if entity.kind in ("publishers", "subscriptions"):
@@ -46,7 +52,8 @@ def deciding_fields(nodes: Iterable[tuple[NodeFact, Mapping[Entity, str]]]) -> d
                 lent.add(name)  # code that is not in the folder may publish, too
             callback = entity.callbacks.get("callback")
             if entity.kind == "subscriptions" and callback is not None:
-                asked.setdefault(name, set()).update(each.name for each in tested(callback))
+                for test in tested(callback):
+                    asked.setdefault(name, {}).setdefault(test.name, set()).update(test.values)
         for effect in (each for callback in fact.callbacks for each in callback.effects):
             if effect.do == "publish" and effect.entity is not None and effect.entity in names:
                 name = names[effect.entity]
@@ -58,10 +65,15 @@ def deciding_fields(nodes: Iterable[tuple[NodeFact, Mapping[Entity, str]]]) -> d
     for name in sorted((set(asked) & set(sent)) - lent):
         if len(types[name]) == 1:
             (type,) = types[name]
-            usable = {field for field, values in sent[name].items() if len(values) == 1 or name not in deep}
-            able = asked[name] & usable & _booleans(type)
-            if able:
-                found[name] = Deciding(type, min(able))
+            kinds = _kinds(type, interfaces)
+            for field in sorted(set(asked[name]) & set(sent[name]) & set(kinds)):
+                values, kind = sent[name][field], kinds[field]
+                if not all(is_of(kind, each, interfaces) for each in values):
+                    continue
+                known = deciding(type, field, kind, values, asked[name][field], interfaces, has_others=False)
+                if known is not None and (len(values) == 1 or name not in deep):
+                    found[name] = known
+                    break
     return found
 
 
@@ -110,7 +122,7 @@ def certain(
 def deciding_responses(
     nodes: Iterable[tuple[NodeFact, Mapping[Entity, str]]], interfaces: Interfaces
 ) -> dict[str, Deciding]:
-    """Return for each service the boolean field of its response that clients test and that the server gives.
+    """Return for each service the field of its response that clients test and to which the server assigns.
 
     Parameters
     ----------
@@ -120,8 +132,8 @@ def deciding_responses(
         Those of the folders.
     """
     types: dict[str, set[str]] = {}
-    servers: dict[str, list[set[str]]] = {}
-    asked: dict[str, set[str]] = {}
+    servers: dict[str, list[dict[str, set[Known]]]] = {}
+    asked: dict[str, dict[str, set[Known]]] = {}
     for fact, names in nodes:
         for entity, name in names.items():
             if entity.kind in ("clients", "services"):
@@ -129,24 +141,29 @@ def deciding_responses(
             if entity.kind == "services":
                 callback = entity.callbacks.get("callback")
                 body = [] if callback is None or entity.is_lent or fact.is_lent else callback.body or []
-                given = {
-                    each.name for each in walk(body) if isinstance(each, Give) and each.value is not None
-                }
+                given: dict[str, set[Known]] = {}
+                for each in walk(body):
+                    if isinstance(each, Give) and each.value is not None:
+                        given.setdefault(each.name, set()).add(each.value)
                 servers.setdefault(name, []).append(given)
         for callback in fact.callbacks:
             for test in answers_tested(callback):
                 client = None if test.call is None else test.call.entity
                 if client is not None and client in names:
-                    asked.setdefault(names[client], set()).add(test.name)
+                    asked.setdefault(names[client], {}).setdefault(test.name, set()).update(test.values)
     found = {}
     for name, fields in asked.items():
         type = min(types[name])
         if len(types[name]) == 1 and len(servers.get(name, ())) == 1 and not is_open(type):
-            known = interfaces.fields(f"{type}_Response") or ()
-            booleans = {each.name for each in known if each.kind == "boolean"} - _WORDS
-            able = fields & servers[name][0] & booleans
-            if able:
-                found[of_service(name)] = Deciding(type, min(able))
+            kinds, answers = _kinds(f"{type}_Response", interfaces), servers[name][0]
+            for field in sorted(set(fields) & set(answers) & set(kinds)):
+                values, kind = answers[field], kinds[field]
+                if not any(is_of(kind, each, interfaces) for each in values):
+                    continue
+                known = deciding(type, field, kind, values, fields[field], interfaces, has_others=True)
+                if known is not None:
+                    found[of_service(name)] = known
+                    break
     return found
 
 
@@ -159,12 +176,11 @@ def _is_certain(said: GivenNode, topic: str) -> bool:
     return all(step.sends for step in steps if (step.verb, step.name) == ("publish", topic))
 
 
-def _booleans(type: str) -> set[str]:
-    """Return the boolean fields of an installed message; none if it is not installed."""
-    if not MESSAGE.fullmatch(type):
-        return set()
-    try:
-        names = {each.name for each in installed_fields(type) if each.kind == "boolean"}
-        return names - _WORDS
-    except UnknownInterfaceError:
-        return set()
+def _kinds(part: str, interfaces: Interfaces) -> dict[str, str]:
+    """Return the fields of a message, or of a part of a service, that may decide, with their ROS types."""
+    known = interfaces.fields(part) or ()
+    return {
+        each.name: str(each.ros)
+        for each in known
+        if each.kind in ("boolean", "integer") and each.ros in KINDS and each.name.lower() not in _WORDS
+    }

@@ -7,6 +7,7 @@ with what is known has no such marks: a test has one outcome after a response wi
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Mapping
 from dataclasses import replace
 
 from dineros.observation.importing.flows.graphs import Graph, from_edges, simplified
@@ -32,24 +33,28 @@ def followed(graph: Graph, start: int, given: str = "") -> tuple[Graph, int]:
         Field of the response that the callback gives; empty: it gives none that matters.
     """
     found = Graph()
-    begin = (start, frozenset[tuple[object, bool]]())
+    begin = (start, frozenset[tuple[object, frozenset[str]]]())
     states = {begin: found.state()}
     todo = [begin]
     while todo:
         here = todo.pop()
         state, known = here
         if state == _END:
-            value = dict(known).get(GIVEN)
-            found.edge(states[here], Answers(given, value) if given else None, _END)
+            values = dict(known).get(GIVEN, (None,))
+            for value in sorted(values, key=str):
+                found.edge(states[here], Answers(given, value) if given else None, _END)
             continue
         for label, target in graph.edges.get(state, ()):
             after = dict(known)
-            if isinstance(label, Test) and after.get(label.key, label.value) is not label.value:
-                continue
-            if isinstance(label, (Know, Test)):
+            if isinstance(label, Test):
+                left = after.get(label.key, label.values) & label.values
+                if not left:
+                    continue
+                after[label.key] = left
+            elif isinstance(label, Know):
                 after.pop(label.key, None)
                 if label.value is not None:
-                    after[label.key] = label.value
+                    after[label.key] = frozenset((label.value,))
             there = (target, frozenset(after.items()))
             if there not in states:
                 states[there] = found.state()
@@ -59,7 +64,7 @@ def followed(graph: Graph, start: int, given: str = "") -> tuple[Graph, int]:
     return found, states[begin]
 
 
-def decided(flow: Flow, values: dict[str, tuple[str, ...]]) -> Flow:
+def decided(flow: Flow, values: dict[str, tuple[str, ...]], fields: Mapping[str, frozenset[str]]) -> Flow:
     """Return a flow without values that make no difference.
 
     Parameters
@@ -68,15 +73,21 @@ def decided(flow: Flow, values: dict[str, tuple[str, ...]]) -> Flow:
         The flow.
     values : dict of str to tuple of str
         All values of the variables.
+    fields : mapping of str to frozenset of str
+        All values of the fields of responses.
     """
     while True:
-        outcomes: dict[tuple[int, Label, int], set[object]] = defaultdict(set)
+        outcomes: dict[tuple[int, Label, int], set[str | None]] = defaultdict(set)
         for edge in flow.edges:
-            outcomes[edge.source, _bare(edge.label), edge.target].add(edge.label)
+            name, value = _field(edge.label)
+            found_here = outcomes[edge.source, _bare(edge.label), edge.target]
+            found_here.add(value)
+            if found_here >= fields.get(name, frozenset((None,))):
+                found_here.add(None)
         found: dict[Edge, None] = {}
         for edge in flow.edges:
             bare = _bare(edge.label)
-            is_idle = bare != edge.label and len(outcomes[edge.source, bare, edge.target]) > 1
+            is_idle = bare != edge.label and None in outcomes[edge.source, bare, edge.target]
             found[replace(edge, label=bare) if is_idle else edge] = None
         if list(found) == list(flow.edges):
             break
@@ -90,6 +101,13 @@ def decided(flow: Flow, values: dict[str, tuple[str, ...]]) -> Flow:
 def has_data(flow: Flow) -> bool:
     """Return whether a flow depends on a field of a response, or gives one."""
     return any(_bare(edge.label) != edge.label for edge in flow.edges)
+
+
+def _field(label: Label) -> tuple[str, str | None]:
+    """Return the field of a label, and its value; None: any."""
+    if isinstance(label, Step):
+        return label.answer or ("", None)
+    return (label.name, label.value) if isinstance(label, (Has, Answers)) else ("", None)
 
 
 def _bare(label: Label) -> Label:

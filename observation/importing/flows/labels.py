@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TypeAlias
+
+from dineros.sources.branches import FALSE, TRUE
+from dineros.sources.facts import Known
 
 
 @dataclass(frozen=True)
@@ -29,7 +33,7 @@ class Step:
         the node's default group. None: the group that is given of the client.
     sends : tuple of (str, bool)
         Fields of the published message that decide about branches and have this value each time.
-    answer : (str, bool) or None
+    answer : (str, str) or None
         Of a call: the field of the response that decides about branches, and its value; None: any.
     """
 
@@ -39,8 +43,8 @@ class Step:
     at: str = field(default="", compare=False)
     timeout: float | None = field(default=None, compare=False)
     group: str | None = field(default=None, compare=False)
-    sends: tuple[tuple[str, bool], ...] = ()
-    answer: tuple[str, bool] | None = None
+    sends: tuple[tuple[str, str], ...] = ()
+    answer: tuple[str, str] | None = None
 
     def __str__(self) -> str:
         return f"{self.verb} {self.name}{f' {self.times}' if self.times else ''}"
@@ -87,7 +91,7 @@ class Has:
     """A callback was started by a response with this value of a field."""
 
     name: str
-    value: bool
+    value: str
     at: str = field(default="", compare=False)
 
 
@@ -96,7 +100,7 @@ class Answers:
     """The callback of a service ends with a response with this value of a field; None: any value."""
 
     name: str
-    value: bool | None
+    value: str | None
 
 
 @dataclass(frozen=True)
@@ -104,15 +108,15 @@ class Know:
     """Here a field of a response becomes known; None: it may have any value. Only while a flow is built."""
 
     key: object
-    value: bool | None
+    value: str | None
 
 
 @dataclass(frozen=True)
 class Test:
-    """Here a field of a response has a value. Only while a flow is built."""
+    """Here a field of a response has one of some values. Only while a flow is built."""
 
     key: object
-    value: bool
+    values: frozenset[str]
 
 
 Label: TypeAlias = Step | Set | Ask | Mark | Has | Answers | Know | Test | None
@@ -145,15 +149,14 @@ class Received:
     ----------
     name : str
         The field.
-    is_true, is_false : Flow
-        What the callback does if the field is true, and if it is false.
+    branches : tuple of (str, Flow)
+        What the callback does for each value of the field.
     at : str
         The line of the test.
     """
 
     name: str
-    is_true: Flow
-    is_false: Flow
+    branches: tuple[tuple[str, Flow], ...]
     at: str = field(default="", compare=False)
 
 
@@ -167,10 +170,24 @@ class Deciding:
         Of the messages, or of the service.
     name : str
         Of the field.
+    texts : tuple of str
+        The values that the model distinguishes, as guards write them.
+    numbers : tuple of int
+        Their numbers; none: the field is a truth value.
+    known : mapping of Known to str
+        What the code writes for them.
     """
 
     type: str
     name: str
+    texts: tuple[str, ...] = ("true", "false")
+    numbers: tuple[int, ...] = ()
+    known: Mapping[Known, str] = field(default_factory=lambda: {TRUE: "true", FALSE: "false"})
+
+    def among(self, values: Iterable[Known]) -> frozenset[str] | None:
+        """Return the values that the code writes as guards write them; None: one of them is unknown."""
+        found = [self.known.get(each) for each in values]
+        return None if None in found else frozenset(each for each in found if each is not None)
 
 
 def of_service(name: str) -> str:

@@ -69,9 +69,8 @@ def _received(received: Received | None, move: Callable[[Flow | None], Flow | No
     """Return the branches of a callback by its message, with the names of the joined node."""
     if received is None:
         return None
-    yes, no = move(received.is_true), move(received.is_false)
-    assert yes is not None and no is not None
-    return replace(received, is_true=yes, is_false=no)
+    moved = [(value, move(branch)) for value, branch in received.branches]
+    return replace(received, branches=tuple((value, flow) for value, flow in moved if flow is not None))
 
 
 def _heard(names: list[str], nodes: Mapping[str, ObservedNode]) -> dict[str, ObservedNode] | None:

@@ -95,7 +95,7 @@ def _labels(callback: GivenCallback) -> Iterator[Label]:
     yield from callback.does or ()
     flows = [callback.flow, callback.accepted, callback.rejected]
     if callback.received is not None:
-        flows += [callback.received.is_true, callback.received.is_false]
+        flows += [flow for _, flow in callback.received.branches]
     for flow in flows:
         for edge in () if flow is None else flow.edges:
             yield edge.label

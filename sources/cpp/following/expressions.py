@@ -292,7 +292,12 @@ class Expressions(Machine):
                 else Open(text_of(node)[:60])
             )
         self.assign(left, value, frame)
+        self.gives(node, frame)
         return value
+
+    def gives(self, node: Node, frame: Frame) -> None:
+        """Record that the callback of a service assigns a field of its response."""
+        raise NotImplementedError
 
     def assign(self, left: Node | None, value: Value, frame: Frame) -> None:
         """Assign a value to the left side of ``=``."""

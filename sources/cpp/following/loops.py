@@ -7,8 +7,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
+from dineros.sources.branches import Anything, Branch, Loop, Turns
 from dineros.sources.cpp.declarators import name_of
-from dineros.sources.cpp.following.calls import Calls
+from dineros.sources.cpp.following.fields import Fields
 from dineros.sources.cpp.parsing import path_of, text_of
 from dineros.sources.cpp.values import Const, Frame, Items, Open, Value
 
@@ -22,7 +23,7 @@ _MOST_TURNS = 100
 """Items of a list that are followed one by one."""
 
 
-class Loops(Calls):
+class Loops(Fields):
     """Runs loops."""
 
     @contextmanager
@@ -43,6 +44,9 @@ class Loops(Calls):
             with self.perhaps():
                 yield
         finally:
+            last = self.block.pop()
+            assert isinstance(last, Branch)
+            self.block.append(Loop(Anything(), last.then))
             self.loops -= 1
             self.cond += 1
             self.ways_out.pop()
@@ -90,10 +94,7 @@ class Loops(Calls):
     def _do_do_statement(self, node: Node, frame: Frame) -> None:
         count = self._numbered(node)
         if count is not None:
-            for turn in range(count):
-                self.turns.append(turn)
-                self.run_block(node.child_by_field_name("body"), frame)
-                self.turns.pop()
+            self._turns([Const(turn) for turn in range(count)], "", node.child_by_field_name("body"), frame)
             return
         with self._loop(node, frame):
             self.run_block(node.child_by_field_name("body"), frame)
@@ -125,11 +126,17 @@ class Loops(Calls):
 
     def _turns(self, items: list[Value], name: str, body: Node | None, frame: Frame) -> None:
         """Run the body of a loop for each item: each iteration creates ports of its own."""
+        outer, turns = self.block, []
         for turn, each in enumerate(items):
-            frame.values[name] = each
+            if name:
+                frame.values[name] = each
             self.turns.append(turn)
+            self.block = []
+            turns.append(self.block)
             self.run_block(body, frame)
             self.turns.pop()
+        self.block = outer
+        self.block.append(Turns(turns))
 
 
 def _leaves(body: Node | None) -> bool:

@@ -6,6 +6,7 @@ import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from dineros.sources.branches import Do
 from dineros.sources.cpp.following.reach import Reach
 from dineros.sources.cpp.following.reached import Reached
 from dineros.sources.cpp.following.ways import Ways
@@ -132,8 +133,10 @@ class Machine(Ways):
         for each in self.fact.effects:
             is_same = entity is not None or each.what == what  # two locks may be in one line
             if is_same and (each.do, each.at, each.entity, each.when) == (do, effect.at, entity, effect.when):
+                self.block.append(Do(each))
                 return each
         self.fact.effects.append(effect)
+        self.block.append(Do(effect))
         return effect
 
     def entity_of(self, kind: str, port: str, node: Node, frame: Frame, owner: Obj) -> Entity:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from contextlib import nullcontext
 from typing import TYPE_CHECKING
 
+from dineros.sources.branches import Called
 from dineros.sources.cpp.following.expressions import Expressions, named
 from dineros.sources.cpp.following.machine import MOST_CALLS, MOST_STEPS, coerced
 from dineros.sources.cpp.index import Routine
@@ -26,14 +27,20 @@ class Routines(Expressions):
     def _body(self, body: Node | None, frame: Frame, called: Node, site: Node | None = None) -> Value:
         key = (called.id, id(frame.this))
         if len(self.calls) >= MOST_CALLS or any(each[:2] == key for each in self.calls):
+            self.is_lost = True
             return Open("a call within itself")
         # Each call of a routine makes ports and objects of its own.
         self.calls.append(key if site is None else (*key, site.id))
         self.frames.append(frame)
         held, frame.level, frame.off = len(self.holding), self.cond + self.loops, self.off
+        frame.routine = called
+        outer, self.block = self.block, []
         try:
             self.run_block(body, frame)
         finally:
+            inner, self.block = self.block, outer
+            if inner:
+                self.block.append(Called(inner))
             self.calls.pop()
             self.frames.pop()
             del self.holding[held:]

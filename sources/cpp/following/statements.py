@@ -5,12 +5,12 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
+from dineros.sources.branches import Leave
 from dineros.sources.cpp.declarators import function_of, name_of, used
 from dineros.sources.cpp.following.calls import Call
+from dineros.sources.cpp.following.choices import Choices
 from dineros.sources.cpp.following.expressions import named
-from dineros.sources.cpp.following.loops import Loops
 from dineros.sources.cpp.following.machine import MOST_CALLS, coerced, is_node
-from dineros.sources.cpp.following.ways import Way
 from dineros.sources.cpp.index import ClassInfo
 from dineros.sources.cpp.parsing import arguments_of, path_of, text_of
 from dineros.sources.cpp.values import NO_VALUE, Const, Frame, Items, Made, Obj, Open, Value, joined, options
@@ -23,21 +23,18 @@ _INSIDE = {
     *("else_clause", "labeled_statement", "ERROR", "case_statement", "translation_unit"),
 }
 _NOTHING = {
-    *("comment", "break_statement"),
-    *("continue_statement", "goto_statement", "static_assert_declaration", "class_specifier"),
+    *("comment", "static_assert_declaration", "class_specifier"),
     *("struct_specifier", "preproc_def", "preproc_call", "preproc_include", "enum_specifier"),
 }
 
 
-_NAME = re.compile(r"[A-Z][A-Z0-9_]*|[A-Za-z_]\w*(::[A-Za-z_]\w*)+")
-"""Of a constant: an enumerator is written so, a variable hardly ever."""
 _TEMPLATE = re.compile(r"<.*>", re.DOTALL)
 """Arguments of a template: a list of pointers is a list."""
 _OWN = ("Broadcaster", "Listener", "Updater", "ImageTransport")
 """Parts of names of classes of libraries that wrap a given node and are not equal to it."""
 
 
-class Statements(Loops):
+class Statements(Choices):
     """Runs statements."""
 
     def run_block(self, node: Node | None, frame: Frame) -> None:
@@ -92,16 +89,27 @@ class Statements(Loops):
     def _do_return_statement(self, node: Node, frame: Frame) -> None:
         found = named(node)
         value = self.value(found[0], frame) if found else Open("nothing")
+        self.block.append(Leave("returns"))
         if self.off > frame.off:  # with the default values, it returns elsewhere
             self._leave(frame)
             return
         frame.result = value if frame.result is None else joined(frame.result, value)
         self._leave(frame)
 
+    def _do_break_statement(self, node: Node, frame: Frame) -> None:
+        self.block.append(Leave("breaks"))
+
+    def _do_continue_statement(self, node: Node, frame: Frame) -> None:
+        self.block.append(Leave("continues"))
+
+    def _do_goto_statement(self, node: Node, frame: Frame) -> None:
+        self.is_lost = True
+
     def _do_throw_statement(self, node: Node, frame: Frame) -> None:
         self.values(node, frame)
         if self.role not in ("main", "constructor"):
             self.does("throw", text_of(node)[:60], node, frame)
+        self.block.append(Leave("raises"))
         self._leave(frame)
 
     def _leave(self, frame: Frame) -> None:
@@ -162,63 +170,6 @@ class Statements(Loops):
         if text_of(node).startswith("*") if is_declared else "*" in _TEMPLATE.sub("", text):
             return args[0] if args else Const(None)
         return self.make(kind, args, node, frame)
-
-    # ------------------------------------------------------------------------------------ branches and loops
-
-    def _do_if_statement(self, node: Node, frame: Frame) -> None:
-        clause = node.child_by_field_name("condition")
-        asked: Value = Open("a condition")
-        for each in named(clause):
-            if each.type in ("init_statement", "declaration"):
-                self.run_block(each, frame)
-                asked = Open("a condition")
-            else:
-                asked = self.value(each, frame)
-        yes, no = node.child_by_field_name("consequence"), node.child_by_field_name("alternative")
-        known = bool(asked.value) if isinstance(asked, Const) else None
-        ways: list[Way] = []
-        for branch, is_taken in ((yes, known), (no, None if known is None else not known)):
-            with self.way(ways, is_off=is_taken is False):
-                self.run_block(branch, frame)
-        self.merge(ways, has_rest=False)
-
-    def _do_switch_statement(self, node: Node, frame: Frame) -> None:
-        asked = next(reversed(self.values(node.child_by_field_name("condition"), frame)), Open("a condition"))
-        cases = named(node.child_by_field_name("body"))
-        taken = self._case_of(asked, cases, frame)
-        is_sure = taken is not None and isinstance(asked, Open)
-        is_taken = False
-        for at, each in enumerate(cases):
-            is_taken = is_taken or at == taken
-            if is_taken:
-                self.run_block(each, frame)
-                is_taken = not _ends(each)
-            elif not is_sure:
-                with self.perhaps(is_off=taken is not None):
-                    self.run_block(each, frame)
-
-    def _case_of(self, asked: Value, cases: list[Node], frame: Frame) -> int | None:
-        """Return which case a node takes when it begins; None: it is not known, or may change."""
-        if self.role not in ("main", "constructor") or frame.has_left:
-            return None
-        return next((at for at, each in enumerate(cases) if self._is_case(each, asked, frame)), None)
-
-    def _is_case(self, case: Node, asked: Value, frame: Frame) -> bool:
-        """Return whether a case is surely that of a value; a constant that is not known has its name."""
-        label = case.child_by_field_name("value")
-        if label is None or case.type != "case_statement":
-            return False
-        if isinstance(asked, Const):
-            return asked.value is not None and self.value(label, frame) == asked
-        is_name = isinstance(asked, Open) and not asked.parts and _NAME.fullmatch(asked.text) is not None
-        return is_name and self.value(label, frame) == asked
-
-    def _do_try_statement(self, node: Node, frame: Frame) -> None:
-        self.run_block(node.child_by_field_name("body"), frame)
-        for each in named(node):
-            if each.type == "catch_clause":
-                with self.perhaps():
-                    self.run_block(each.child_by_field_name("body"), frame)
 
     # ---------------------------------------------------------------------------------------------- objects
 
@@ -402,12 +353,3 @@ def _is_array(declarator: Node) -> bool:
     """Return whether a variable is declared as an array, as in ``const char * names[] = {...}``."""
     inner = declarator.child_by_field_name("declarator")
     return declarator.type == "array_declarator" or (inner is not None and _is_array(inner))
-
-
-def _ends(case: Node) -> bool:
-    """Return whether what follows a case is not run after it."""
-    last = next((each for each in reversed(named(case)) if each.type != "comment"), None)
-    if last is not None and last.type == "compound_statement":
-        return _ends(last)
-    leaves = ("break_statement", "return_statement", "throw_statement", "continue_statement")
-    return last is not None and last.type in leaves

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from dineros.sources.branches import Anything, Branch
 from dineros.sources.cpp.values import Frame, Value, joined
+from dineros.sources.facts import Item
 
 Changes = dict[tuple[int, str], tuple[dict[str, Value], str, Value | None]]
 """Variables that a branch sets: where, their names, and their values before it."""
@@ -24,6 +26,10 @@ class Ways:
         Routines that run.
     changes : list of Changes
         What each branch has set.
+    block, taken : list of Item
+        What the current block, and the last branch, do.
+    is_lost : bool
+        Whether the order of effects is not known.
     """
 
     def __init__(self) -> None:
@@ -31,6 +37,9 @@ class Ways:
         self.off = 0
         self.frames: list[Frame] = []
         self.changes: list[Changes] = []
+        self.block: list[Item] = []
+        self.taken: list[Item] = []
+        self.is_lost = False
 
     @contextmanager
     def perhaps(self, *, is_off: bool = False) -> Iterator[None]:
@@ -41,6 +50,7 @@ class Ways:
                 yield
         finally:
             self.merge(ways, has_rest=True)
+            self.block.append(Branch(Anything(), self.taken, []))
 
     @contextmanager
     def way(self, ways: list[Way], *, is_off: bool = False) -> Iterator[None]:
@@ -48,9 +58,11 @@ class Ways:
         self.cond += 1
         self.off += is_off
         self.changes.append({})
+        outer, self.block = self.block, []
         try:
             yield
         finally:
+            self.taken, self.block = self.block, outer
             self.cond -= 1
             self.off -= is_off
             done = self.changes.pop()

@@ -37,8 +37,8 @@ def is_only_read(function: ast.AST, name: str) -> bool:
     return uses(function, name) == reads
 
 
-def sent(function: ast.AST | None, call: ast.Call) -> tuple[dict[str, bool], ast.expr | None]:
-    """Return the fields of the message that a function publishes by a call, as far as they are certain.
+def sent(function: ast.AST | None, call: ast.Call) -> tuple[dict[str, ast.expr], ast.expr | None]:
+    """Return the fields of the message that a function publishes by a call, with what it assigns to them.
 
     Parameters
     ----------
@@ -49,14 +49,14 @@ def sent(function: ast.AST | None, call: ast.Call) -> tuple[dict[str, bool], ast
 
     Returns
     -------
-    dict of str to bool, ast.expr or None
+    dict of str to ast.expr, ast.expr or None
         The fields; what makes the message, which must be its class.
 
     Examples
     --------
     >>> function = ast.parse("def f(self): self.pub.publish(Bool(data=True))").body[0]
-    >>> sent(function, function.body[0].value)[0]
-    {'data': True}
+    >>> {name: ast.unparse(value) for name, value in sent(function, function.body[0].value)[0].items()}
+    {'data': 'True'}
     """
     if call.keywords or len(call.args) != 1:
         return {}, None
@@ -103,12 +103,12 @@ def answered(function: ast.AST) -> dict[str, bool]:
 
 def _assigned(
     function: ast.AST, block: list[ast.stmt], argument: ast.Name, call: ast.Call
-) -> tuple[dict[str, bool], ast.expr | None]:
+) -> tuple[dict[str, ast.expr], ast.expr | None]:
     """Return the fields of a message that statements of one block make, change and publish, in this order."""
     name = argument.id
     used = fields(function, name)
     known = {id(argument), *(id(each.value) for each in used)}
-    found: dict[str, bool] = {}
+    found: dict[str, ast.expr] = {}
     maker: ast.expr | None = None
     stores = 0
     for statement in block:
@@ -124,10 +124,7 @@ def _assigned(
             if maker is None:
                 return {}, None
             stores += 1
-            value = _truth(statement.value)
-            found.pop(field, None)
-            if value is not None:
-                found[field] = value
+            found[field] = statement.value
     is_all = stores == sum(not isinstance(each.ctx, ast.Load) for each in used)
     return (found, maker) if is_all and uses(function, name) == known else ({}, None)
 
@@ -137,12 +134,11 @@ def _is_name(targets: list[ast.expr], name: str) -> bool:
     return len(targets) == 1 and isinstance(targets[0], ast.Name) and targets[0].id == name
 
 
-def _made(call: ast.Call) -> dict[str, bool]:
+def _made(call: ast.Call) -> dict[str, ast.expr]:
     """Return the fields that the call of a message's class gets."""
     if call.args or any(each.arg is None for each in call.keywords):
         return {}
-    values = {each.arg: _truth(each.value) for each in call.keywords if each.arg is not None}
-    return {name: value for name, value in values.items() if value is not None}
+    return {each.arg: each.value for each in call.keywords if each.arg is not None}
 
 
 def _truth(value: ast.expr | None) -> bool | None:

@@ -88,7 +88,7 @@ def asked_call(function: ast.AST, asked: ast.expr) -> ast.Call | None:
 def response_of(function: ast.AST) -> tuple[str, frozenset[str]] | None:
     r"""Return the parameter that is the response of a service's callback, and the fields it assigns plainly.
 
-    None: something else may be the response, or may change it.
+    The callback may return something else, too. None: something else may change the response.
 
     Examples
     --------
@@ -100,13 +100,12 @@ def response_of(function: ast.AST) -> tuple[str, frozenset[str]] | None:
     if not isinstance(function, FunctionNode) or not is_plain(function) or not function.args.args:
         return None
     name = function.args.args[-1].arg
-    returned = [each.value for each in ast.walk(function) if isinstance(each, ast.Return)]
-    if not is_parameter(function, name) or not returned:
+    returned = _returned(function)
+    if not is_parameter(function, name) or not returned or None in returned:
         return None
-    if not all(isinstance(each, ast.Name) and each.id == name for each in returned):
-        return None
+    own = {id(each) for each in returned if isinstance(each, ast.Name) and each.id == name}
     asked = fields(function, name)
-    if uses(function, name) != {*map(id, returned), *(id(each.value) for each in asked)}:
+    if uses(function, name) != own | {id(each.value) for each in asked}:
         return None
     inner = [each for each in ast.walk(function) if isinstance(each, _INNER) and each is not function]
     if any(uses(each, name) for each in inner):
@@ -115,6 +114,10 @@ def response_of(function: ast.AST) -> tuple[str, frozenset[str]] | None:
     names = {each.attr for each in asked}
     others = {each.attr for each in asked if not isinstance(each.ctx, ast.Load) and id(each) not in plain}
     return name, frozenset(names - others)
+
+
+def _returned(function: ast.AST) -> list[ast.expr | None]:
+    return [each.value for each in ast.walk(function) if isinstance(each, ast.Return)]
 
 
 def leave_open(function: ast.AST, body: Block) -> None:
@@ -130,6 +133,14 @@ def leave_open(function: ast.AST, body: Block) -> None:
     found = response_of(function)
     gives = [each for each in walk(body) if isinstance(each, Give)]
     seen = {(each.name, each.at.line) for each in gives}
+    others = [
+        each
+        for each in _returned(function)
+        if each is not None and (found is None or not isinstance(each, ast.Name) or each.id != found[0])
+    ]
+    if any(("", each.lineno) not in seen for each in others):
+        for give in gives:
+            give.value = None
     lost = {
         each.attr
         for each in (fields(function, found[0]) if found is not None else ())

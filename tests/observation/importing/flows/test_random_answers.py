@@ -93,9 +93,10 @@ def fits(label: Label, entry: object) -> bool:
         return label.name in TOPICS.get(str(entry), ())
     if not isinstance(entry, bool):
         return False
+    text = str(entry).lower()
     if isinstance(label, (Has, Answers)):
-        return label.value in (None, entry)
-    return not isinstance(label, Step) or label.answer in (None, ("success", entry))
+        return label.value in (None, text)
+    return not isinstance(label, Step) or label.answer in (None, ("success", text))
 
 
 def flipped(run: Trace) -> Trace:

@@ -1,0 +1,102 @@
+"""Interprets branches in C++: ``if``, ``switch``, ``try``."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+from dineros.sources.branches import Anything, Attempt, Block, Branch, Condition
+from dineros.sources.cpp.following.expressions import named
+from dineros.sources.cpp.following.loops import Loops
+from dineros.sources.cpp.following.ways import Way
+from dineros.sources.cpp.values import Const, Frame, Open, Value
+
+if TYPE_CHECKING:
+    from tree_sitter import Node
+
+_NAME = re.compile(r"[A-Z][A-Z0-9_]*|[A-Za-z_]\w*(::[A-Za-z_]\w*)+")
+"""Of a constant: an enumerator is written so, a variable hardly ever."""
+
+
+class Choices(Loops):
+    """Runs branches."""
+
+    def _do_if_statement(self, node: Node, frame: Frame) -> None:
+        clause = node.child_by_field_name("condition")
+        asked: Value = Open("a condition")
+        condition: Condition = Anything()
+        for each in named(clause):
+            if each.type in ("init_statement", "declaration"):
+                self.run_block(each, frame)
+                asked, condition = Open("a condition"), Anything()
+            else:
+                asked = self.value(each, frame)
+                condition = self.condition(each, frame)
+        yes, no = node.child_by_field_name("consequence"), node.child_by_field_name("alternative")
+        known = bool(asked.value) if isinstance(asked, Const) else None
+        ways: list[Way] = []
+        done: list[Block] = []
+        for branch, is_taken in ((yes, known), (no, None if known is None else not known)):
+            with self.way(ways, is_off=is_taken is False):
+                self.run_block(branch, frame)
+            done.append(self.taken)
+        self.merge(ways, has_rest=False)
+        self.block.append(Branch(condition, *done))
+
+    def _do_switch_statement(self, node: Node, frame: Frame) -> None:
+        asked = next(reversed(self.values(node.child_by_field_name("condition"), frame)), Open("a condition"))
+        cases = named(node.child_by_field_name("body"))
+        taken = self._case_of(asked, cases, frame)
+        is_sure = taken is not None and isinstance(asked, Open)
+        is_taken = False
+        outer, blocks = self.block, dict[int, Block]()
+        for at, each in enumerate(cases):
+            is_taken = is_taken or at == taken
+            self.block = blocks[at] = []
+            if is_taken:
+                self.run_block(each, frame)
+                is_taken = not _ends(each)
+            elif not is_sure:
+                with self.perhaps(is_off=taken is not None):
+                    self.run_block(each, frame)
+                blocks[at] = self.taken
+        self.block = outer
+        self.block += self.chosen(node, cases, blocks, frame)
+
+    def _case_of(self, asked: Value, cases: list[Node], frame: Frame) -> int | None:
+        """Return which case a node takes when it begins; None: it is not known, or may change."""
+        if self.role not in ("main", "constructor") or frame.has_left:
+            return None
+        return next((at for at, each in enumerate(cases) if self._is_case(each, asked, frame)), None)
+
+    def _is_case(self, case: Node, asked: Value, frame: Frame) -> bool:
+        """Return whether a case is surely that of a value; a constant that is not known has its name."""
+        label = case.child_by_field_name("value")
+        if label is None or case.type != "case_statement":
+            return False
+        if isinstance(asked, Const):
+            return asked.value is not None and self.value(label, frame) == asked
+        is_name = isinstance(asked, Open) and not asked.parts and _NAME.fullmatch(asked.text) is not None
+        return is_name and self.value(label, frame) == asked
+
+    def _do_try_statement(self, node: Node, frame: Frame) -> None:
+        outer, self.block = self.block, []
+        self.run_block(node.child_by_field_name("body"), frame)
+        tried, handlers = self.block, list[Block]()
+        self.block = []
+        for each in named(node):
+            if each.type == "catch_clause":
+                with self.perhaps():
+                    self.run_block(each.child_by_field_name("body"), frame)
+                handlers.append(self.taken)
+        self.block = outer
+        self.block.append(Attempt(tried, [], handlers))
+
+
+def _ends(case: Node) -> bool:
+    """Return whether what follows a case is not run after it."""
+    last = next((each for each in reversed(named(case)) if each.type != "comment"), None)
+    if last is not None and last.type == "compound_statement":
+        return _ends(last)
+    leaves = ("break_statement", "return_statement", "throw_statement", "continue_statement")
+    return last is not None and last.type in leaves
