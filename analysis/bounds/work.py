@@ -3,9 +3,9 @@
 A bound of times holds only if no run of a callback can get stuck. A run is explored with all orders of its
 steps. Places that other callbacks or nodes change may hold anything, so at each moment of the run one step
 must be possible whatever they hold: it has no guard, and needs only tokens of the run itself, and places that
-no firing changes. Or the steps that are left need a token of one of several places, which form a marked trap:
-each firing that takes from them puts a token there, so that one of them is always marked (T. Murata, Proc.
-IEEE 77(4), 1989, Sect. VI).
+no firing changes. Or several steps have guards, one of which always holds. Or the steps that are left need a
+token of one of several places, which form a marked trap: each firing that takes from them puts a token there,
+so that one of them is always marked (T. Murata, Proc. IEEE 77(4), 1989, Sect. VI).
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from collections import Counter, defaultdict
 from dataclasses import dataclass, field
 from fractions import Fraction
 
+from dineros.analysis.bounds.branching import is_complete
 from dineros.metamodel import pn, sym
 from dineros.metamodel.callbacks.bodies import Body
 from dineros.metamodel.callbacks.groups import callback_page_of
@@ -88,6 +89,7 @@ class Works:
     """
 
     def __init__(self, model: sym.SystemModel) -> None:
+        self.model = model
         self.moves = {each: _WorkMove() for each in transitions(model)}
         for arc in arcs(model):
             source, target = resolve(arc.source), resolve(arc.target)
@@ -312,6 +314,8 @@ class _WorkRun:
             if self.given is None and not all(self._is_free(each) for each in steps):
                 raise NotBoundedError(f"{self.name} may have to wait for other callbacks")
             return
+        if self._branches(steps):
+            return
         wanted: set[pn.Place] = set()
         for each in steps:
             if _is_guarded(each):
@@ -329,8 +333,22 @@ class _WorkRun:
 
     def _is_free(self, step: pn.Transition) -> bool:
         """Return whether a step that the run's tokens allow is possible for all other tokens and data."""
-        if _is_guarded(step):
+        return not _is_guarded(step) and self._needs_own(step)
+
+    def _branches(self, steps: list[pn.Transition]) -> bool:
+        """Return whether the guards of steps only choose between them: one of them always holds."""
+        if self.given is None and not all(map(self._needs_own, steps)):
             return False
+        guards: list[tuple[sym.Transition, Counter[pn.Place]]] = []
+        for each in steps:
+            if isinstance(each, sym.Transition) and _is_guarded(each) and self._needs_own(each):
+                move = self.works.moves[each]
+                seen = Counter({place: move.needs(place) for place in {*move.takes, *move.reads}})
+                guards.append((each, seen))
+        return is_complete(guards, self.works.model)
+
+    def _needs_own(self, step: pn.Transition) -> bool:
+        """Return whether a step needs only tokens of the run, and places that no firing changes."""
         move = self.works.moves[step]
         return all(self._is_there(each, step) for each in {*move.takes, *move.reads} if each not in self.own)
 

@@ -19,7 +19,7 @@ from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.guards.using import guarded
 
 NO_TIMES = "it bounds a time: use --time and a model with times"
-GUARDS = "the model has guards, which the analysis of latencies does not support"
+GUARDS = "the model has guards: only safe bounds follow them, and they do not prove it"
 BY = "state classes that follow each instance"
 BY_BOUNDS = "bounds of response times"
 EXACT_SHARE = 0.5
@@ -60,7 +60,7 @@ class AskedLatency:
         model = self.subject.model
         assert isinstance(model, sym.SystemModel)
         if guarded(model):
-            return Outcome("unknown", reason=GUARDS)
+            return self.by_bounds() or Outcome("unknown", reason=GUARDS)
         try:
             first, last = self._ends(model)
             safe = self._safe(first, last)
@@ -82,8 +82,6 @@ class AskedLatency:
         """Prove it by safe bounds alone, which is quick at any size; None if they do not prove it."""
         model = self.subject.model
         if not isinstance(self.subject, TimedSubject) or not isinstance(model, sym.SystemModel):
-            return None
-        if guarded(model):
             return None
         try:
             safe = self._safe(*self._ends(model))

@@ -256,6 +256,32 @@ def with_guard(is_always_possible: bool) -> sym.SystemModel:
     return model
 
 
+@pytest.mark.parametrize(
+    ("kind", "values", "guards", "is_bounded"),
+    [
+        ("boolean", None, ["wide = true", "wide = false"], True),
+        ("boolean", None, ["wide = true", "wide = true"], False),
+        ("integer", "A=0, B=1, C=2", ["wide = 'A'", "wide > 0"], True),
+        ("integer", "A=0, B=1, C=2", ["wide = 'A'", "wide = 'B'"], False),
+        ("integer", None, ["wide = 1", "not wide = 1"], False),
+    ],
+)
+def test_guards_that_choose_between_branches_keep_no_run_back(
+    kind: str, values: str | None, guards: list[str], is_bounded: bool
+) -> None:
+    model = with_guard(is_always_possible=True)
+    assert model.tokenType is not None
+    (wide,) = model.tokenType.fields
+    wide.kind, wide.values = kind, values  # type: ignore[assignment]
+    for name, guard in zip(("log.do", "log.else"), guards, strict=True):
+        each = find(model, name)
+        assert isinstance(each, sym.Transition)
+        each.guard = guard
+    bounds = Bounds(model).everything().callbacks["log"]
+    assert bounds.greatest is None or bounds.greatest.value == Fraction(5, 100)
+    assert (bounds.greatest is not None) is is_bounded
+
+
 def test_a_guard_can_keep_a_run_back() -> None:
     bounds = Bounds(with_guard(is_always_possible=False)).everything().callbacks["log"]
     assert bounds.greatest is None and bounds.reason == "callback log may have to wait for other callbacks"
