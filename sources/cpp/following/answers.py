@@ -38,6 +38,7 @@ class FunctionText:
         self.function = function
         self.body = function.child_by_field_name("body")
         self._all = list(_inside(function))
+        self._has_response = ".get()" in text_of(function)
         self.is_plain = self.body is not None and not function.has_error
         self.is_plain &= not any(each.type in ("goto_statement", "ERROR") for each in self._all)
 
@@ -55,6 +56,8 @@ class FunctionText:
         asked : Node
             ``future.get()->success``, or ``response->success`` of a variable that has the response.
         """
+        if not self._has_response:
+            return None
         field, holder = _field(asked), asked.child_by_field_name("argument")
         if not self.is_plain or field is None or holder is None or not self._is_kept(field):
             return None

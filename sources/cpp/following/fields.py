@@ -44,6 +44,12 @@ _MOST_CASES = 40
 class Fields(Calls):
     """The part of the interpreter that records which fields of responses are asked and assigned."""
 
+    def _text(self, routine: Node) -> FunctionText:
+        """Return the text of a function; it is looked through once."""
+        if routine.id not in self._texts:
+            self._texts[routine.id] = FunctionText(routine)
+        return self._texts[routine.id]
+
     def condition(self, node: Node, frame: Frame) -> Condition:
         """Return the condition of an expression that was evaluated; unknown parts may hold or not."""
         if node.type in ("parenthesized_expression", "condition_clause"):
@@ -99,7 +105,7 @@ class Fields(Calls):
             return
         if self.role != "service" or frame.routine is None:
             return
-        text = FunctionText(frame.routine)
+        text = self._text(frame.routine)
         holder, name = left.child_by_field_name("argument"), text.response()
         field = text_of(left.child_by_field_name("field"))
         if name is None or text_of(holder) != name or field not in text.assigned(name):
@@ -123,7 +129,7 @@ class Fields(Calls):
         if any(id(each) not in done for each in fact.effects):
             return None
         if gives and routine is not None:
-            text = FunctionText(routine)
+            text = self._text(routine)
             name = text.response()
             seen = {(each.name, each.at.line) for each in gives}
             wanted = {} if name is None else text.assigned(name)
@@ -147,7 +153,7 @@ class Fields(Calls):
         """Return the condition that a field of a response is true; None: of something else."""
         if frame.routine is None:
             return None
-        text = FunctionText(frame.routine)
+        text = self._text(frame.routine)
         future = text.asked_future(node)
         if future is None:
             return None

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from dineros.sources.branches import Do
+from dineros.sources.cpp.following.answers import FunctionText
 from dineros.sources.cpp.following.reach import Reach
 from dineros.sources.cpp.following.reached import Reached
 from dineros.sources.cpp.following.ways import Ways
@@ -86,6 +87,7 @@ class Machine(Ways):
         self.owner: Obj | None = None
         self.entity: Entity | None = None
         self.unread: list[str] = []
+        self._texts: dict[int, FunctionText] = {}
         self.steps = 0
         self.reach = reach if reach is not None else Reach(index, idioms)
         self.reached = reached if reached is not None else Reached()
