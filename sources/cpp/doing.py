@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from dineros.sources.cpp.binding import bound, copied
+from dineros.sources.cpp.binding import bound
 from dineros.sources.cpp.following.calls import Call
 from dineros.sources.cpp.following.machine import coerced, duration, is_node
 from dineros.sources.cpp.following.statements import Statements
-from dineros.sources.cpp.parameters import parameter
+from dineros.sources.cpp.interpreting.formatting import formatted
+from dineros.sources.cpp.interpreting.generated import generated
+from dineros.sources.cpp.interpreting.lists import items
+from dineros.sources.cpp.interpreting.loading import loaded
+from dineros.sources.cpp.interpreting.parameters import parameter
 from dineros.sources.cpp.parsing import arguments_of, arguments_of_scope, text_of
 from dineros.sources.cpp.ports import SELF, Ports
 from dineros.sources.cpp.quality import CHAINED, PRESETS, changed
@@ -25,7 +29,6 @@ from dineros.sources.cpp.values import (
     Seconds,
     Value,
     constant,
-    is_same_item,
     options,
     part,
     shown,
@@ -40,7 +43,7 @@ _SAME = {
     *("const_pointer_cast", "shared_ptr", "unique_ptr", "as_const", "string", "string_view"),
 }
 _RESOLVE = {"resolve_topic_name", "resolve_service_name", "resolve_topic_or_service_name"}
-_OF_THIS = {"shared_from_this", "weak_from_this"}
+_OF_THIS = {"shared_from_this", "weak_from_this", "get_node"}
 """Methods of a node that return it; so do those for its interfaces."""
 _OF_PARAMETERS = {
     *("add_on_set_parameters_callback", "add_pre_set_parameters_callback"),
@@ -48,12 +51,6 @@ _OF_PARAMETERS = {
 }
 """Methods of nodes that get a callback of parameters."""
 _GOALS = {"succeed", "abort", "canceled", "publish_feedback"}
-
-_ADDS = {
-    *("push_back", "push_front", "push", "insert", "insert_or_assign"),
-    *("emplace_back", "emplace_front", "emplace", "try_emplace"),
-}
-"""Methods of lists that add an item."""
 
 
 class Ros(Ports):
@@ -78,7 +75,7 @@ class Ros(Ports):
         """Return the result of a call of a library; None: an unknown call."""
         found = self.maker.entity(call)
         if found is None:
-            found = parameter(self.machine, call)
+            found = self._of_library(call)
         if found is not None:
             return found
         on = call.on
@@ -94,7 +91,9 @@ class Ros(Ports):
             if found is not None:
                 return found
         elif isinstance(on, Items):
-            return self._items(call, on)
+            return items(self.machine, call, on)
+        if isinstance(on, Const) and isinstance(on.value, str) and call.last in ("empty", "size", "length"):
+            return Const(not on.value if call.last == "empty" else len(on.value))
         if call.last in _RESOLVE and call.args:
             return call.args[0]
         if isinstance(on, Open) and on.text.startswith("parameter ") and call.last.startswith("as_"):
@@ -107,6 +106,13 @@ class Ros(Ports):
             self.machine.change(call.node, value, call.frame)
             return value
         return self._unknown(call, on)
+
+    def _of_library(self, call: Call) -> Value | None:
+        """Return the result of a call of parameters or loaders of plugins; None: another call."""
+        found = parameter(self.machine, call)
+        found = generated(self.machine, call) if found is None else found
+        found = formatted(call) if found is None else found
+        return loaded(self.machine, call) if found is None else found
 
     # -------------------------------------------------------------------------------------------- functions
 
@@ -359,36 +365,6 @@ class Ros(Ports):
         if isinstance(count, int):
             return count or "processors"
         return "open"
-
-    def _items(self, call: Call, on: Items) -> Value:
-        if call.last in _ADDS:
-            value = self._item(call, on)
-            if not any(is_same_item(each, value) for each in on.values):
-                on.values.append(value)
-            on.is_open = on.is_open or isinstance(value, Open) or self.machine.when != "always"
-            return on
-        if call.last in ("at", "front", "back", "find") and on.values:
-            index = constant(call.args[0]) if call.args else None
-            if isinstance(index, int) and 0 <= index < len(on.values):
-                return on.values[index]
-            return on.values[0] if len(on.values) == 1 else Either(tuple(on.values))
-        if call.last == "size" and not on.is_open:
-            return Const(len(on.values))
-        return Open(text_of(call.node)[:60])
-
-    def _item(self, call: Call, on: Items) -> Value:
-        """Return the value that a list stores: a given object, or one constructed from the arguments."""
-        args, cls = call.args, on.kind
-        if cls is not None and call.last.startswith("emplace"):
-            given = args[1:] if call.last in ("emplace", "try_emplace") and len(args) > 1 else args
-            is_made = any(
-                isinstance(each, Obj) and each.cls is not None and cls in self.machine.bases(each.cls)
-                for arg in given
-                for each in options(arg)
-            )
-            if not is_made or len(given) != 1:
-                return self.machine.construct(cls, given, [], call.node, call.frame)
-        return copied(args[-1], call) if args else Open("an item")
 
     def _unknown(self, call: Call, on: Value) -> Value | None:
         """Record the possible effects of a method of an unknown object."""

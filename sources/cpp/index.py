@@ -10,6 +10,9 @@ from typing import TYPE_CHECKING, TypeVar
 
 from dineros.sources.cpp.declarators import Parameter, function_of, name_of, parameters_of, used
 from dineros.sources.cpp.parsing import Source, path_of, text_of
+from dineros.sources.cpp.tables.names import Named, without_branches
+from dineros.sources.cpp.tables.parameter_libraries import ParameterLibraries
+from dineros.sources.cpp.tables.plugins import Plugins
 
 if TYPE_CHECKING:
     from tree_sitter import Node
@@ -72,15 +75,6 @@ class ClassInfo:
         return f"{self.space}::{self.name}" if self.space else self.name
 
 
-@dataclass(frozen=True)
-class Named:
-    """An alias or a constant, with its location."""
-
-    full: str
-    path: str
-    node: Node
-
-
 _Found = TypeVar("_Found", ClassInfo, Routine, Named)
 _COMPONENT = re.compile(rb"\b(?:RCLCPP_COMPONENTS_REGISTER_NODE|CLASS_LOADER_REGISTER_CLASS)\s*\(\s*([\w:]+)")
 _MOST_HEADERS = 60
@@ -114,8 +108,14 @@ class Index:
     ----------
     digests : dict of str to str
         Hashes of the files, by path.
+    unread : list of str
+        Assumptions about definitions, a line each.
     asked : Asked or None
         Records all look-ups; None: they are not recorded.
+    spaces : dict
+        Meanings of names of namespaces, by name and file: ``namespace msgs = sensor_msgs::msg``.
+    libraries, plugins : ParameterLibraries, Plugins
+        What other files of the folder, or macros, define.
     """
 
     def __init__(self) -> None:
@@ -127,6 +127,10 @@ class Index:
         self.constants: dict[str, list[Named]] = {}
         self.components: list[tuple[str, str]] = []
         self.includes: dict[str, list[str]] = {}
+        self.unread: list[str] = []
+        self.spaces: dict[str, dict[str, str]] = {}
+        self.libraries = ParameterLibraries()
+        self.plugins = Plugins()
         self._interfaces: dict[tuple[str, str], str | None] = {}
         self._loose: list[tuple[list[str], Routine]] = []
 
@@ -149,6 +153,7 @@ class Index:
             else:
                 self.functions.setdefault(routine.name, []).append(routine)
         self._loose.clear()
+        self.unread += without_branches(self.aliases)
 
     # ---------------------------------------------------------------------------------------------- finding
 
@@ -185,6 +190,16 @@ class Index:
                         seen.add(other)
                         todo.append(other)
         return None
+
+    def unaliased(self, name: str, path: str) -> str:
+        """Return a name in a file with the names of namespaces followed."""
+        parts = name.split("::")
+        for at, each in enumerate(parts if self.spaces else ()):
+            known = self.spaces.get(each, {})
+            found = {known[path]} if path in known else set(known.values())
+            if len(found) == 1 and each not in found:
+                parts[at] = next(iter(found))
+        return "::".join(parts)
 
     def find_class(self, name: str, path: str, space: str) -> ClassInfo | None:
         """Return the class of a name at a location; None: unknown or ambiguous."""
@@ -263,6 +278,9 @@ class Index:
             other = used(node)
             if other is not None:
                 self._name(self.aliases, path_of(other).rpartition("::")[2], space, path, other)
+        elif kind == "namespace_alias_definition":
+            meaning = path_of(node.named_children[-1]).lstrip(":")
+            self.spaces.setdefault(path_of(node.child_by_field_name("name")), {})[path] = meaning
         elif kind == "preproc_include":
             header = text_of(node.child_by_field_name("path")).strip('<>"')
             self.includes.setdefault(path, []).append(header)

@@ -27,8 +27,11 @@ def calls_of(sources: Iterable[Source], idioms: Iterable[str]) -> Iterator[Makin
     idioms : iterable of str
         Classes and functions of libraries that make entities.
     """
+    idioms = list(idioms)
     ends = {path.rpartition("::")[2] for path in idioms}
-    functions = [*MAKES, *_METHODS, *(each for each in ends if each[0].islower())]
+    functions = [*MAKES, *_METHODS, *(each for each in ends if each.startswith("create_"))]
+    others = [path.rpartition("::") for path in idioms if path.rpartition("::")[2][:1].islower()]
+    functions += [f"(?<={scope}::){last}" for scope, _, last in others if not last.startswith("create_")]
     classes = [each for each in ends if each[0].isupper()]
     call = rf"\b(?:{'|'.join(functions)})\b(?=\s*[<(])"
     made = rf"\bmake_(?:shared|unique)\s*<\s*(?:\w+::)*(?P<cls>{'|'.join(classes)})\b"

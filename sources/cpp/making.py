@@ -5,29 +5,28 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from dineros.sources.cpp.following.calls import Call
+from dineros.sources.cpp.following.machine import CONTROLLERS
 from dineros.sources.cpp.following.statements import Statements
+from dineros.sources.cpp.interpreting.naming import is_callable, period_of, place_of, private, ros_type
 from dineros.sources.cpp.parsing import end_of, line_of, path_of, text_of
 from dineros.sources.cpp.quality import USUAL, profile
 from dineros.sources.cpp.values import (
     Const,
     Either,
     Frame,
-    Lambda,
     Made,
     Method,
     Obj,
     Open,
     Port,
-    Seconds,
     Value,
     alternatives,
-    constant,
     node_in,
     options,
     part,
     shown,
 )
-from dineros.sources.facts import CallbackFact, Entity, NodeFact, Place, is_open
+from dineros.sources.facts import CallbackFact, Entity, NodeFact, is_open
 
 if TYPE_CHECKING:
     from tree_sitter import Node
@@ -54,6 +53,11 @@ _ADAPTED = {
 """Methods of ``component_interface_utils::NodeAdaptor`` of Autoware; the first argument gets the port."""
 TRANSITIONS = ("on_configure", "on_activate", "on_deactivate", "on_cleanup", "on_shutdown", "on_error")
 """Methods of a node with a lifecycle that its transitions call."""
+_OF_CONTROLLERS = {
+    "on_init": "transition",
+    **dict.fromkeys(("update", "update_and_write_commands", "update_reference_from_subscribers"), "thread"),
+}
+"""Methods of a controller that its manager calls, the latter in a loop on a thread of its own."""
 
 
 class Maker:
@@ -74,22 +78,26 @@ class Maker:
         if this.cls is not None and this.cls.path == place.file:
             place = self.machine.place(this.cls.node, frame)
         cls = this.cls.name if this.cls is not None else "rclcpp::Node"
+        is_controller = kind in CONTROLLERS
+        args = [Open("the controller manager gives the name")] if is_controller else args
         name, space = args[0] if args else Open("a name"), args[1] if len(args) > 1 else None
         fact = NodeFact(cls, place, shown(name), program=self.machine.program)
         fact.namespace = str(space.value).strip("/") if isinstance(space, Const) and space.value else ""
+        if space is not None and not isinstance(space, (Const, Made)):
+            self.machine.unread.append(f"{place}: the namespace of this node is not known; none is assumed")
         fact.base = kind.rpartition("::")[2]
-        fact.managed = fact.base == "LifecycleNode"
+        fact.managed = fact.base == "LifecycleNode" or is_controller
         fact.home = place.file
         this.node = fact
         self.machine.nodes.append(fact)
         self.machine.reached.classes.add(id(this.cls))
         if this.cls is None or not fact.managed:
             return
-        for step in TRANSITIONS:
+        for step in (*_OF_CONTROLLERS, *TRANSITIONS) if is_controller else TRANSITIONS:
             found = Method(self.machine.methods(this.cls, step), step, this)
-            at = _named(found, place)[1]
+            at = place_of(found, place)[1]
             if at is not None:
-                self.machine.callback(step, "transition", at, found, this)
+                self.machine.callback(step, _OF_CONTROLLERS.get(step, "transition"), at, found, this)
 
     def entity(self, call: Call) -> Value | None:
         """Return the entity that a call creates; None: it creates none."""
@@ -126,6 +134,7 @@ class Maker:
     def _entity(self, kind: str, call: Call, args: list[Value], owner: Obj) -> Port:
         call_at, frame_at = self._site(call)
         entity = self.machine.entity_of(kind, self._port(call_at), call_at, frame_at, owner)
+        self._held(entity, frame_at)
         port = Port(entity, owner)
         if self.machine.role not in ("main", "constructor", "thread"):
             do = "create_timer" if kind == "timers" else "create"
@@ -135,10 +144,20 @@ class Maker:
         elif kind == "timers":
             self._timer(call, entity, args, owner)
         else:
-            entity.name = shown(args[0]) if args else "open"
+            entity.name = private(shown(args[0])) if args else "open"
             entity.type = self.type_of(call, args)
             self._others(kind, entity, args[1:], owner)
         return port
+
+    def _held(self, entity: Entity, frame: Frame) -> None:
+        """Record the object that makes an entity, and whether its member has the only pointer to it."""
+        this = frame.this
+        if this is None:
+            return
+        bases = self.machine.bases(this.cls) if this.cls is not None else []
+        kinds = [kind for cls in bases if (kind := cls.fields.get(entity.port, (None, None))[0]) is not None]
+        is_pointer = any(path_of(kind).endswith(("Ptr", "shared_ptr")) for kind in kinds)
+        self.machine.holders[id(entity)] = (this.made_by or id(this), is_pointer)
 
     def _adapted(self, call: Call) -> Value | None:
         """Return the entity of an adaptor: an interface class in another package gives its name and type."""
@@ -152,7 +171,7 @@ class Maker:
         rest = call.args[1:]
         if kind in ("services", "subscriptions") and rest:
             word = "service" if kind == "services" else "subscription"
-            target = next(filter(_is_callable, rest), Open("none"))
+            target = next(filter(is_callable, rest), Open("none"))
             if isinstance(target, Method) and target.this is None:  # given as the object and its method
                 target = Method(target.routines, target.name, owner)
             self.callback(entity, "callback", word, target, owner)
@@ -211,6 +230,9 @@ class Maker:
             first = args[1] if "generic" in call.last and len(args) > 1 else None
             return shown(first) if isinstance(first, Const) else "open: no type is given"
         text = self.machine.type_text(given[0], call.frame)
+        if text.endswith(("::TypeAdapter", "adapt_type::as")):  # its last argument is the message
+            inner = self.machine.templated(given[0], call.frame)
+            text = self.machine.type_text(inner[-1], call.frame) if inner else text
         known = ros_type(text)
         if known.startswith("open") and text.count("::") < 2:
             return self.machine.index.find_interface(text, call.frame.path) or known
@@ -223,7 +245,7 @@ class Maker:
         entity.details["kind"] = known.get(last, f"open: {path}")
 
     def _timer(self, call: Call, entity: Entity, args: list[Value], owner: Obj) -> None:
-        callback = next((n for n, each in enumerate(args) if _is_callable(each)), None)
+        callback = next((n for n, each in enumerate(args) if is_callable(each)), None)
         if callback is None:
             callback = min(1, len(args) - 1)
         period = args[callback - 1] if callback > 0 else Open("a period")
@@ -233,7 +255,7 @@ class Maker:
             self.callback(entity, "callback", "timer", args[callback], owner)
 
     def _others(self, kind: str, entity: Entity, args: list[Value], owner: Obj) -> None:
-        if kind == "subscriptions" and args and _is_callable(args[0]):  # of nav2
+        if kind == "subscriptions" and args and is_callable(args[0]):  # of nav2
             args = [args[1] if len(args) > 1 else Made("rclcpp::QoS", [Const(10)]), args[0], *args[2:]]
         if kind in ("publishers", "subscriptions"):
             entity.details |= profile(args[0] if args else None)
@@ -271,7 +293,7 @@ class Maker:
 
     def callback(self, entity: Entity, role: str, kind: str, target: Value, owner: Obj) -> CallbackFact:
         """Give an entity a callback."""
-        name, place = _named(target, entity.at)
+        name, place = place_of(target, entity.at)
         if entity.callbacks.get(role) is not None and entity.callbacks[role].at == place:
             return entity.callbacks[role]
         if place is None:
@@ -346,55 +368,3 @@ class Maker:
         for key, value in args.items():
             name = name.replace(f"{{{key}}}", part(value))
         return name
-
-
-def _is_callable(value: Value) -> bool:
-    return any(isinstance(each, (Lambda, Method)) for each in options(value))
-
-
-def ros_type(text: str) -> str:
-    """Return the name of an interface in the notation of ROS; open if it is not one."""
-    parts = text.lstrip(":").split("::")
-    if len(parts) == 3 and parts[1] in ("msg", "srv", "action"):
-        return "/".join(parts)
-    return f"open: {text}"
-
-
-def period_of(value: Value) -> float | str:
-    """Return the seconds of a timer."""
-    if isinstance(value, Seconds):
-        return round(value.value, 12)
-    if isinstance(value, Either):
-        return "open: " + " or ".join(str(period_of(each)).removeprefix("open: ") for each in value.options)
-    if isinstance(value, Made) and value.path.endswith("Rate") and value.args:
-        rate = constant(value.args[0])
-        if isinstance(rate, (int, float)) and rate > 0:
-            return 1.0 / rate
-    return shown(value) if is_open(shown(value)) else f"open: {shown(value)}"
-
-
-def _named(target: Value, at: Place) -> tuple[str, Place | None]:
-    """Return the name of a callable and its first line; None: unknown."""
-    for each in options(target):
-        if isinstance(each, Lambda):
-            return _name_of(each), Place(each.frame.path, line_of(each.node))
-        if isinstance(each, Method):
-            routine = next((one for one in each.routines if one.body is not None), None)
-            if routine is not None:
-                return each.name, Place(routine.path, routine.line)
-    return "open", None
-
-
-def _name_of(found: Lambda) -> str:
-    """Return a name for a lambda: its variable, the only method that it calls, or ``lambda``."""
-    parent = found.node.parent
-    if parent is not None and parent.type == "init_declarator":
-        return text_of(parent.child_by_field_name("declarator")).strip("&* ")
-    body = found.node.child_by_field_name("body")
-    inner = [] if body is None else [each for each in body.named_children if each.type != "comment"]
-    if len(inner) == 1 and inner[0].named_children:
-        call = inner[0].named_children[0]
-        function = call.child_by_field_name("function")
-        if call.type == "call_expression" and function is not None and "publish" not in text_of(function):
-            return path_of(function.child_by_field_name("field") or function).replace("this->", "")
-    return "lambda"

@@ -19,6 +19,9 @@ from dineros.sources.cpp.index import Asked, ClassInfo, Index, Routine
 from dineros.sources.cpp.keeping import Followed, Keeper
 from dineros.sources.cpp.left_out import calls_of
 from dineros.sources.cpp.parsing import Source, parse
+from dineros.sources.cpp.replaced import join_replaced
+from dineros.sources.cpp.tables.parameter_libraries import read_parameter_libraries
+from dineros.sources.cpp.tables.plugins import read_plugins
 from dineros.sources.cpp.values import Frame, Made, Todo, Value
 from dineros.sources.facts import CallbackFact, NodeFact, Place
 from dineros.sources.folders import CPP, SourceFolder, is_test
@@ -74,10 +77,15 @@ class CppPrograms:
                 except RecursionError:
                     folder.unread.append(f"{path}: it is nested too deeply")
         self.index.finish()
+        folder.unread += self.index.unread
+        self.index.libraries = read_parameter_libraries(folder)
+        self.index.plugins = read_plugins(folder, self._sources)
         self._reach = Reach(self.index, self._idioms)
         self._is_launched = False
         self._reached = Reached()
         context = [str(folder.root.resolve()), repr(sorted(self._idioms.items()))]
+        context += [repr(sorted(self.index.spaces.items()))]
+        context += [repr(self.index.libraries), repr(self.index.plugins)]
         self._keeper = Keeper(cache, self.index, context) if cache is not None else None
 
     def nodes(self, given: Mapping[str, Mapping[str, Any]] | None = None) -> list[NodeFact]:
@@ -92,7 +100,7 @@ class CppPrograms:
             for nodes in sorted(programs, key=lambda each: any(node.threads == "open" for node in each)):
                 found += nodes
             wanted = list(self._components())
-            for cls in dict.fromkeys([*wanted, *self._classes()]):
+            for cls in dict.fromkeys([*wanted, *self._exported(), *self._classes()]):
                 if id(cls) not in self._reached.classes:
                     nodes = self._run(self._component_name(cls), None, cls, given or {})
                     found += nodes
@@ -168,6 +176,14 @@ class CppPrograms:
                 self._folder.unread.append(
                     f"{path}: the component {name} is not in the folder, so its ports are unknown"
                 )
+
+    def _exported(self) -> Iterator[ClassInfo]:
+        """Yield the classes of plugins that are nodes themselves, such as controllers."""
+        machine = Statements(self.index, "", {})
+        for each in self.index.plugins.exported:
+            cls = self._class_of(each.cls.partition("<")[0].strip(), each.path)
+            if cls is not None and not cls.templates and machine.node_kind(cls) is not None:
+                yield cls
 
     def _class_of(self, name: str, path: str) -> ClassInfo | None:
         """Return the class of a component, which may be named by an alias."""
@@ -249,6 +265,7 @@ class CppPrograms:
             unread.append(f"{path}: the program {program} is too large to be read completely")
         unread += machine.unread
         _share(machine)
+        join_replaced(machine)
         for node in machine.nodes:
             _finish(node, start, cls, None if cls is None else self._component(cls))
             if is_cut:

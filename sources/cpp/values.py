@@ -59,6 +59,8 @@ class Obj(Value):
     node: NodeFact | None = None
     types: dict[str, str] = field(default_factory=dict)
     parameters: dict[str, Value] = field(default_factory=dict)
+    unset: set[str] = field(default_factory=set)
+    """Parameters that are declared without a value, and may have none."""
     made_at: int = 0
     """The expression that created it: evaluated again, it gives the same object."""
     made_by: int = 0
@@ -214,6 +216,10 @@ def is_same(one: Value, other: Value) -> bool:
         return one.cls is other.cls and one.made_at == other.made_at
     if isinstance(one, Port) and isinstance(other, Port):
         return one.entity is other.entity
+    if isinstance(one, Made) and isinstance(other, Made) and one.path.endswith("Params") and one.fields:
+        return one.fields.keys() == other.fields.keys() and all(
+            is_same(each, other.fields[name]) for name, each in one.fields.items()
+        )
     return one == other
 
 

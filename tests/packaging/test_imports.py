@@ -160,10 +160,11 @@ FOLDERS = {
         *("reading", "vendors"),
     ],
     "sources/cpp": [
-        *("parsing", "declarators", "index", "values", "operations", "quality", "following", "keeping"),
-        *("binding", "parameters"),
-        *("making", "left_out", "ports", "waiting", "doing", "programs"),
+        *("parsing", "declarators", "tables", "index", "values", "operations", "quality", "following"),
+        *("keeping", "binding", "interpreting"),
+        *("making", "left_out", "ports", "waiting", "doing", "replaced", "programs"),
     ],
+    "sources/cpp/interpreting": ["parameters", "naming", "lists", "formatting", "generated", "loading"],
     "sources/cpp/following": [
         *("answers", "reach", "reached", "ways", "machine", "expressions", "routines", "calls", "fields"),
         *("loops", "choices", "statements"),

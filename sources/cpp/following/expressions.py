@@ -136,7 +136,8 @@ class Expressions(Machine):
         path = path_of(node)
         if frame.this is not None and path.count("::") == 1:
             found = frame.this.fields.get(path.rpartition("::")[2])
-            if found is not None:
+            kinds = self.bases(frame.this.cls) if frame.this.cls is not None else []
+            if found is not None and path.partition("::")[0] in [each.name for each in kinds]:
                 return found
         scope, _, last = path.rpartition("::")
         around: Frame | None = frame

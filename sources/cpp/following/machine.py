@@ -30,6 +30,11 @@ NODES = {
     *("nav2::LifecycleNode", "rclcpp::node::Node", "LifecycleNode"),
 }
 """Classes of libraries that are nodes."""
+CONTROLLERS = {
+    f"controller_interface::{name}"
+    for name in ("ControllerInterface", "ChainableControllerInterface", "ControllerInterfaceBase")
+}
+"""Base classes of controllers of ros2_control, which have a managed node: ``get_node()``."""
 _WHOLE = re.compile(r"^(?:std::)?(?:unsigned|signed|int|long|short|u?int\d+_t|size_t|char)\b")
 _FLOAT = re.compile(r"^(?:double|float|long double)$")
 
@@ -79,6 +84,8 @@ class Machine(Ways):
         self.turns: list[int] = []
         self.sites: list[tuple[str, Node, Frame | None, Frame]] = []
         """Of routines that run: name, the call, the frame of the caller, the own frame."""
+        self.holders: dict[int, tuple[int, bool]] = {}
+        """The object whose code made an entity, and whether a pointer of it holds only that, by id."""
         self.holding: list[str] = []
         self.ways_out: list[bool] = []
         """For each enclosing loop: whether it may end although its condition is not met."""
@@ -191,6 +198,7 @@ class Machine(Ways):
                 path = f"{known}::{rest}" if rest else known
                 break
             around = around.outer
+        path = self.index.unaliased(path, frame.path)
         first, _, rest = path.partition("::")
         if depth < 8:
             space = frame.cls.full if frame.cls else frame.space
@@ -294,7 +302,7 @@ class Machine(Ways):
 
 def is_node(name: str) -> bool:
     """Return whether a class of a library is a node."""
-    return name in NODES or name.endswith(("::LifecycleNode", "rclcpp::Node"))
+    return name in NODES or name in CONTROLLERS or name.endswith(("::LifecycleNode", "rclcpp::Node"))
 
 
 def coerced(kind: str, value: Value) -> Value:

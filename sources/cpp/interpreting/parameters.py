@@ -9,6 +9,8 @@ from dineros.sources.cpp.following.statements import Statements
 from dineros.sources.cpp.values import Const, Items, Made, Obj, Open, Value, constant, node_in, shown
 from dineros.sources.facts import is_open
 
+OWN_NAME = "the name of the node"
+"""Stands for the name of a node in names of ports."""
 _DECLARE_OR_GET = ("declare_or_get_parameter", "declare_parameter_if_not_declared")
 
 
@@ -23,7 +25,11 @@ def parameter(machine: Statements, call: Call) -> Value | None:
     if not isinstance(on, Obj) or on.node is None:
         return None
     if call.last in ("get_name", "get_fully_qualified_name") and not call.args:
-        return Const(on.node.name) if not is_open(on.node.name) else Open("the name of the node")
+        return (
+            Const(on.node.name)
+            if not is_open(on.node.name)
+            else Open("the name of the node", f"{{{OWN_NAME}}}")
+        )
     if not args:
         return None
     name = shown(args[0])
@@ -36,8 +42,11 @@ def parameter(machine: Statements, call: Call) -> Value | None:
         if isinstance(default, Made) and default.path.endswith("ParameterValue") and default.args:
             default = default.args[0]
         if "PARAMETER_" in (getattr(default, "path", "") or getattr(default, "text", "")):
-            default = Open(f"parameter {name}")  # only its type is declared
-        default = default if value is None else _value(value)
+            default = Open(f"parameter {name}")  # only its type is declared: it may have no value
+            on.unset.add(name)
+        if value is not None:
+            default = given_value(value)
+            on.unset.discard(name)
         on.parameters[name] = default
         entity = machine.entity_of("parameters", name, call.node, call.frame, on)
         entity.name = name
@@ -46,7 +55,7 @@ def parameter(machine: Statements, call: Call) -> Value | None:
         return default
     if call.last in ("get_parameter", "get_parameter_or"):
         found = on.parameters.get(name, Open(f"parameter {name}"))
-        if len(call.args) > 2 and name not in on.parameters:
+        if len(call.args) > 2 and (name not in on.parameters or name in on.unset):
             found = call.args[2]
         if len(call.nodes) > 1:
             machine.assign(call.nodes[1], found, call.frame)
@@ -54,6 +63,6 @@ def parameter(machine: Statements, call: Call) -> Value | None:
     return None
 
 
-def _value(given: Any) -> Value:
+def given_value(given: Any) -> Value:
     """Return a value that a launch or parameter file gives."""
-    return Items([_value(each) for each in given]) if isinstance(given, list) else Const(given)
+    return Items([given_value(each) for each in given]) if isinstance(given, list) else Const(given)

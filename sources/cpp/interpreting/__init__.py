@@ -1,0 +1,1 @@
+"""Interprets calls of single libraries: of parameters, and of loaders of plugins."""

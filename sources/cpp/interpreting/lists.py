@@ -1,0 +1,48 @@
+"""Interprets methods of lists and maps of the standard library."""
+
+from __future__ import annotations
+
+from dineros.sources.cpp.binding import copied
+from dineros.sources.cpp.following.calls import Call
+from dineros.sources.cpp.following.statements import Statements
+from dineros.sources.cpp.parsing import text_of
+from dineros.sources.cpp.values import Const, Either, Items, Obj, Open, Value, constant, is_same_item, options
+
+_ADDS = {
+    *("push_back", "push_front", "push", "insert", "insert_or_assign"),
+    *("emplace_back", "emplace_front", "emplace", "try_emplace"),
+}
+"""Methods of lists that add an item."""
+
+
+def items(machine: Statements, call: Call, on: Items) -> Value:
+    """Return the result of a method of a list or map."""
+    if call.last in _ADDS:
+        value = _item(machine, call, on)
+        if not any(is_same_item(each, value) for each in on.values):
+            on.values.append(value)
+        on.is_open = on.is_open or isinstance(value, Open) or machine.when != "always"
+        return on
+    if call.last in ("at", "front", "back", "find") and on.values:
+        index = constant(call.args[0]) if call.args else None
+        if isinstance(index, int) and 0 <= index < len(on.values):
+            return on.values[index]
+        return on.values[0] if len(on.values) == 1 else Either(tuple(on.values))
+    if call.last == "size" and not on.is_open:
+        return Const(len(on.values))
+    return Open(text_of(call.node)[:60])
+
+
+def _item(machine: Statements, call: Call, on: Items) -> Value:
+    """Return the value that a list stores: a given object, or one constructed from the arguments."""
+    args, cls = call.args, on.kind
+    if cls is not None and call.last.startswith("emplace"):
+        given = args[1:] if call.last in ("emplace", "try_emplace") and len(args) > 1 else args
+        is_made = any(
+            isinstance(each, Obj) and each.cls is not None and cls in machine.bases(each.cls)
+            for arg in given
+            for each in options(arg)
+        )
+        if not is_made or len(given) != 1:
+            return machine.construct(cls, given, [], call.node, call.frame)
+    return copied(args[-1], call) if args else Open("an item")
