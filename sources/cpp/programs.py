@@ -95,6 +95,7 @@ class CppPrograms:
             programs = [
                 self._run(self._program(routine.path), routine, None, given or {})
                 for routine in self.index.functions.get("main", [])
+                if self._reach.may_make_nodes(routine)
             ]
             # Of programs that create the same nodes, the one with a known executor is used.
             for nodes in sorted(programs, key=lambda each: any(node.threads == "open" for node in each)):

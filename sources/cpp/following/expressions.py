@@ -21,6 +21,7 @@ from dineros.sources.cpp.values import (
     Method,
     Obj,
     Open,
+    Port,
     Seconds,
     Value,
     is_quality,
@@ -186,6 +187,8 @@ class Expressions(Machine):
         for each in options(on):
             if isinstance(each, (Obj, Made)) and name in each.fields:
                 found.append(each.fields[name])
+            elif name in ("first", "second"):
+                found.append(_of_pair(each, name) or Open(text_of(node)[:60]))
             else:
                 found.append(Open(text_of(node)[:60]))
         return found[0] if len(found) == 1 else Either(tuple(found))
@@ -364,3 +367,12 @@ def changed_by(node: Node | None, methods: Container[str]) -> Node | None:
             return None
         node = method.child_by_field_name("argument")  # type: ignore[union-attr]
     return node
+
+
+def _of_pair(value: Value, name: str) -> Value | None:
+    """Return a part of a pair; a map of this reader holds pairs, or its values only. None: not known."""
+    parts = value.values if isinstance(value, Items) else value.args if isinstance(value, Made) else []
+    is_pair = isinstance(value, Items) or (isinstance(value, Made) and value.path.endswith("pair"))
+    if is_pair and len(parts) == 2:
+        return parts[0 if name == "first" else 1]
+    return value if name == "second" and isinstance(value, (Obj, Port)) else None

@@ -11,7 +11,7 @@ from dineros.sources.branches import Anything, Branch, Loop, Turns
 from dineros.sources.cpp.declarators import name_of
 from dineros.sources.cpp.following.fields import Fields
 from dineros.sources.cpp.parsing import path_of, text_of
-from dineros.sources.cpp.values import Const, Frame, Items, Open, Value
+from dineros.sources.cpp.values import Const, Frame, Items, Made, Open, Value
 
 if TYPE_CHECKING:
     from tree_sitter import Node
@@ -28,18 +28,15 @@ class Loops(Fields):
 
     @contextmanager
     def _loop(self, node: Node, frame: Frame) -> Iterator[None]:
-        todo = [node]
-        while todo:
-            each = todo.pop()
-            todo += each.named_children
-            if each.type in ("update_expression", "assignment_expression"):
-                target = each.child_by_field_name("argument") or each.child_by_field_name("left")
-                name = text_of(target)
-                if name in frame.values and isinstance(frame.values[name], Const):
-                    frame.values[name] = Open(name)
+        if node.id not in self.assigned:
+            self.assigned[node.id] = (_assigned(node), _may_give_up(node))
+        names, may_give_up = self.assigned[node.id]
+        for name in names:
+            if isinstance(frame.values.get(name), Const):
+                frame.values[name] = Open(name)
         self.loops += 1
         self.cond -= 1  # `perhaps` counts branches
-        self.ways_out.append(_may_give_up(node))
+        self.ways_out.append(may_give_up)
         try:
             with self.perhaps():
                 yield
@@ -129,7 +126,7 @@ class Loops(Fields):
         outer, turns = self.block, []
         for turn, each in enumerate(items):
             if name:
-                frame.values[name] = each
+                frame.values |= _bound(name, each)
             self.turns.append(turn)
             self.block = []
             turns.append(self.block)
@@ -137,6 +134,20 @@ class Loops(Fields):
             self.turns.pop()
         self.block = outer
         self.block.append(Turns(turns))
+
+
+def _bound(name: str, item: Value) -> dict[str, Value]:
+    """Return the variables of a loop for an item: one, or several as in ``for (auto & [key, value] : map)``.
+
+    Of a map, lists of this reader have the values only.
+    """
+    names = [each.strip() for each in name.strip("&[] ").split(",")]
+    if len(names) == 1:
+        return {name: item}
+    parts = item.values if isinstance(item, Items) else item.args if isinstance(item, Made) else []
+    if len(parts) == len(names):
+        return dict(zip(names, parts, strict=True))
+    return {each: item if at == 1 and len(names) == 2 else Open(each) for at, each in enumerate(names)}
 
 
 def _leaves(body: Node | None) -> bool:
@@ -148,6 +159,18 @@ def _leaves(body: Node | None) -> bool:
             return True
         todo += each.named_children
     return False
+
+
+def _assigned(node: Node) -> frozenset[str]:
+    """Return what a loop assigns."""
+    found: set[str] = set()
+    todo = [node]
+    while todo:
+        each = todo.pop()
+        todo += each.named_children
+        if each.type in ("update_expression", "assignment_expression"):
+            found.add(text_of(each.child_by_field_name("argument") or each.child_by_field_name("left")))
+    return frozenset(found)
 
 
 def _may_give_up(loop: Node) -> bool:

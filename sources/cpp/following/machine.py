@@ -89,6 +89,8 @@ class Machine(Ways):
         self.holding: list[str] = []
         self.ways_out: list[bool] = []
         """For each enclosing loop: whether it may end although its condition is not met."""
+        self.assigned: dict[int, tuple[frozenset[str], bool]] = {}
+        """Of loops, by id: the variables that they assign, and whether they may end early."""
         self.asked: set[str] = set()
         """Futures that were tested for readiness."""
         self.owner: Obj | None = None

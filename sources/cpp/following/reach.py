@@ -73,6 +73,10 @@ class Reach:
             )
         return self._matters[key]
 
+    def may_make_nodes(self, main: Routine) -> bool:
+        """Return whether a program may make a node: all that do name ``rclcpp``, to initialise it."""
+        return any(each.startswith("rclcpp") for each in self.words(main))
+
     def _words(self, routine: Routine) -> frozenset[str]:
         key = id(routine)
         if key not in self._own:

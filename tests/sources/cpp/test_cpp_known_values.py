@@ -236,3 +236,31 @@ int main(int argc, char ** argv) {
     facts = read_source(tmp_path)
     assert [(node.name, node.namespace) for node in facts.nodes] == [("robot", "")]
     assert facts.unread == ["robot.cpp:3: the namespace of this node is not known; none is assumed"]
+
+
+@pytest.mark.parametrize(
+    "loop",
+    [
+        "for (auto & part : parts_) { part.second->start(); }",
+        "for (auto & [name, part] : parts_) { part->start(); }",
+        'auto found = parts_.find("a"); found->second->start();',
+    ],
+)
+@pytest.mark.parametrize(
+    "insert",
+    ["parts_.insert({name, part});", "parts_[name] = part;", "parts_.emplace(std::make_pair(name, part));"],
+)
+def test_values_of_maps_are_followed(tmp_path: Path, loop: str, insert: str) -> None:
+    """As pairs, as parts of a structured binding, and through an iterator."""
+    before = """
+class Part {
+ public:
+  explicit Part(rclcpp::Node * node) : node_(node) {}
+  void start() { pub_ = node_->create_publisher<std_msgs::msg::Bool>("part", 1); }
+  rclcpp::Node * node_;
+  rclcpp::Publisher<std_msgs::msg::Bool>::SharedPtr pub_;
+};
+"""
+    code = f'std::string name = "a"; auto part = std::make_shared<Part>(this); {insert} {loop}'
+    members = "std::map<std::string, std::shared_ptr<Part>> parts_;"
+    assert [each.name for each in entities(read(tmp_path, code, before, members))] == ["part"]
