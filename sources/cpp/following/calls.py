@@ -260,6 +260,7 @@ class Calls(Routines):
     def escapes(self, call: Call) -> None:
         """Record that unknown code receives a node, so that it may use its ports in any way."""
         self.forget(call)
+        self._hand_over(call)
         nodes = [each for each in map(node_in, call.args) if each is not None]
         if not nodes or call.last in _HARMLESS or call.path.startswith(_HARMLESS_SPACES):
             return
@@ -268,6 +269,17 @@ class Calls(Routines):
         self.unread.append(
             f"{place}: {name} receives the node, but its code is not in the folder, so its ports are unknown"
         )
+
+    def _hand_over(self, call: Call) -> None:
+        """Read the callables that unknown code receives: it may call them at any time, as drivers do."""
+        if call.last in _HARMLESS or call.path.startswith(_HARMLESS_SPACES):
+            return
+        for node, value in zip(call.nodes, call.args, strict=False):
+            for each in options(value):
+                is_lambda = isinstance(each, Lambda) and self.reach.does_code_matter(each.node)
+                routines = each.routines if isinstance(each, Method) and each.this is not None else []
+                if is_lambda or any(self.reach.does_matter(one) for one in routines):
+                    self.library.read_callback(each, "event", node, call.frame)
 
     def forget(self, call: Call) -> None:
         """Record that a call that cannot be followed may set variables without a value."""

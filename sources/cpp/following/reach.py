@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 from dineros.sources.cpp.index import Index, Routine
+
+if TYPE_CHECKING:
+    from tree_sitter import Node
 
 _ROS = re.compile(
     r"publish|subscri|advertise|sleep|spin|wait|lock_guard|_lock$|async|thread|notify|rclcpp|tf2|nav2|timer|"
@@ -72,6 +76,16 @@ class Reach:
                 map(_ROS.search, self.words(routine))
             )
         return self._matters[key]
+
+    def does_code_matter(self, node: Node) -> bool:
+        """Return whether code, or a routine that it may call, may use ROS."""
+        self.was_asked = True
+        if not self._named:
+            self._collect()
+        words = {each.decode() for each in _WORD.findall(node.text or b"")}
+        return bool(words & (self._exact | {"publish"})) or any(
+            self.does_matter(each) for word in sorted(words) for each in self._named.get(word, ())
+        )
 
     def may_make_nodes(self, main: Routine) -> bool:
         """Return whether a program may make a node: all that do name ``rclcpp``, to initialise it."""

@@ -264,3 +264,39 @@ class Part {
     code = f'std::string name = "a"; auto part = std::make_shared<Part>(this); {insert} {loop}'
     members = "std::map<std::string, std::shared_ptr<Part>> parts_;"
     assert [each.name for each in entities(read(tmp_path, code, before, members))] == ["part"]
+
+
+HANDED = """
+class Robot : public rclcpp::Node {
+ public:
+  Robot() : Node("robot") {
+    pub_ = create_publisher<std_msgs::msg::Bool>("bytes", 1);
+    START
+  }
+  void heard(int size) { if (size > 0) { pub_->publish(std_msgs::msg::Bool()); } }
+  void nothing(int size) { size_ = size; }
+  rclcpp::Publisher<std_msgs::msg::Bool>::SharedPtr pub_;
+  vendor::Socket socket_;
+  int size_;
+};
+int main() { rclcpp::spin(std::make_shared<Robot>()); }
+"""
+
+
+@pytest.mark.parametrize(
+    ("start", "effects"),
+    [
+        ("socket_.receive(std::bind(&Robot::heard, this, std::placeholders::_1));", ["publish"]),
+        ("socket_.receive([this](int size) { heard(size); });", ["publish"]),
+        ("vendor::listen([this](int) { pub_->publish(std_msgs::msg::Bool()); });", ["publish"]),
+        ("socket_.receive(std::bind(&Robot::nothing, this, std::placeholders::_1));", []),
+    ],
+)
+def test_callables_that_unknown_code_receives_are_read(
+    tmp_path: Path, start: str, effects: list[str]
+) -> None:
+    """They run as callbacks of events, without a port; one that does nothing with ROS is left out."""
+    (tmp_path / "robot.cpp").write_text(HANDED.replace("START", start))
+    (node,) = read_source(tmp_path).nodes
+    found = [one.do for each in node.callbacks if each.kind == "event" for one in each.effects]
+    assert found == effects
