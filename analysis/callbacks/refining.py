@@ -20,7 +20,7 @@ from dineros.analysis.answers.budget import Budget
 from dineros.analysis.callbacks.blocking import without
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.witness import last_marking
-from dineros.analysis.parts.part import TOO_LARGE, NetPart, Whole
+from dineros.analysis.parts.part import TOO_LARGE, GrowingPart, Whole
 
 ROUNDS = 80
 """Parts that are tried for each callback."""
@@ -90,7 +90,7 @@ class Endings:
         return Ending("unknown")
 
 
-class _RefinedPart(NetPart):
+class _RefinedPart(GrowingPart):
     """A part of the net: what it reaches, and where the callback cannot be proved to end."""
 
     def __init__(self, whole: Whole, places: set[int], running: tuple[int, ...], budget: Budget) -> None:

@@ -6,7 +6,7 @@ from dineros.analysis.answers.budget import Budget
 from dineros.analysis.covering.firings import Firings
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.witness import last_marking
-from dineros.analysis.parts.part import TOO_LARGE, NetPart, Whole
+from dineros.analysis.parts.part import TOO_LARGE, GrowingPart, Whole
 
 ROUNDS = 150
 """Parts that are tried for each question."""
@@ -83,7 +83,7 @@ class _Search:
                 return
             asked = [t for t in self._open if whole.takes(t) & places or t == transition]
             try:
-                part = NetPart(whole, places, asked, budget, work)
+                part = GrowingPart(whole, places, asked, budget, work)
                 dead = [t for t in part.transitions if self.found.is_open(t) and part.is_dead(t)]
                 if dead:
                     whole.prove_dead(dead)
@@ -141,7 +141,7 @@ class _Search:
             if places:
                 try:
                     asked = [t for t in range(len(net.transitions)) if whole.takes(t) <= places]
-                    part = NetPart(whole, places, asked, budget, work)
+                    part = GrowingPart(whole, places, asked, budget, work)
                     certain = [n for n, t in enumerate(part.transitions) if part.is_certain(t)]
                     masks = [mask for number in certain for mask in part.space.event_masks(number)]
                     stuck = part.sets.sets.without_boxes(part.sets.everything, masks)

@@ -102,7 +102,7 @@ class Whole:
         return [{p for table in tables for p, _ in table.row(t)} for t in range(len(self.net.transitions))]
 
 
-class NetPart:
+class GrowingPart:
     """All markings of a part of a net.
 
     Parameters
