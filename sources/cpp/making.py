@@ -83,7 +83,7 @@ class Maker:
         name, space = args[0] if args else Open("a name"), args[1] if len(args) > 1 else None
         fact = NodeFact(cls, place, shown(name), program=self.machine.program)
         fact.namespace = str(space.value).strip("/") if isinstance(space, Const) and space.value else ""
-        if space is not None and not isinstance(space, (Const, Made)):
+        if space is not None and not all(map(_is_space_known, options(space))):
             self.machine.unread.append(f"{place}: the namespace of this node is not known; none is assumed")
         fact.base = kind.rpartition("::")[2]
         fact.managed = fact.base == "LifecycleNode" or is_controller
@@ -368,3 +368,8 @@ class Maker:
         for key, value in args.items():
             name = name.replace(f"{{{key}}}", part(value))
         return name
+
+
+def _is_space_known(value: Value) -> bool:
+    """Return whether the second argument of a node is a known namespace, or not a namespace but options."""
+    return isinstance(value, (Const, Made)) or (isinstance(value, Open) and "ptions" in value.text)

@@ -238,6 +238,19 @@ int main(int argc, char ** argv) {
     assert facts.unread == ["robot.cpp:3: the namespace of this node is not known; none is assumed"]
 
 
+def test_options_are_not_a_namespace(tmp_path: Path) -> None:
+    """Neither changed ones nor those that a function makes."""
+    (tmp_path / "robot.cpp").write_text("""
+class Robot : public rclcpp::Node {
+ public:
+  Robot() : Node("robot", rclcpp::NodeOptions().use_intra_process_comms(true)) {}
+};
+int main() { rclcpp::spin(std::make_shared<Robot>()); }
+""")
+    facts = read_source(tmp_path)
+    assert ([node.name for node in facts.nodes], facts.unread) == (["robot"], [])
+
+
 @pytest.mark.parametrize(
     "loop",
     [
