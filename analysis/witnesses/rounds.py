@@ -54,7 +54,7 @@ def repeating_way(net: CompiledNet, trace: Sequence[int], then: Sequence[int]) -
     ordered = in_rounds(net, trace)
     if lines_of(ordered) < LEAST_LINES:
         return ordered
-    search = _Search(net, then)
+    search = _Rounds(net, then)
     found = [ordered, *search.repeated(tuple(trace))]
     if ordered != tuple(trace):
         found += search.repeated(ordered)
@@ -71,7 +71,7 @@ class _Repeated:
     after: tuple[int, ...]
 
 
-class _Search:
+class _Rounds:
     """Looks for runs with a round after which some transitions can fire."""
 
     def __init__(self, net: CompiledNet, then: Sequence[int]) -> None:
