@@ -6,24 +6,28 @@ from dineros.sources.cpp.following.calls import Call
 from dineros.sources.cpp.following.statements import Statements
 from dineros.sources.cpp.index import ClassInfo
 from dineros.sources.cpp.tables.plugins import Plugin, is_plugin
-from dineros.sources.cpp.values import Const, Either, Made, Value, constant, options
+from dineros.sources.cpp.values import Const, Either, Made, Open, Value, constant, options
 
 _CREATES = {
     *("createSharedInstance", "createUniqueInstance", "createUnmanagedInstance", "createInstance"),
 }
 _MOST = 100
-"""Limit of the plugins that a name which is not known may mean."""
+"""Limit of the plugins of a program that loads all declared ones."""
+_FEW = 3
+"""Limit of the plugins that another name which is not known may mean: of more, most are not loaded."""
 
 
 def loaded(machine: Statements, call: Call) -> Value | None:
     """Return the plugin that a call of a loader creates; None: another call, or none of the folder.
 
-    If the name is not known, each exported class with the base class of the loader is possible.
+    If the name is not known, each exported class with the base class of the loader is possible, if they are
+    few, or if the program loads all declared classes.
     """
     on = call.on
     if call.last not in _CREATES or not isinstance(on, Made) or not on.path.endswith("ClassLoader"):
         return None
-    names = [constant(each) for each in options(call.args[0] if call.args else None)]
+    given = options(call.args[0] if call.args else None)
+    names = [constant(each) for each in given]
     found = machine.index.plugins.of(_base(machine, on, call))
     if all(isinstance(each, str) and each for each in names) and names:
         wanted = {machine.index.plugins.class_named(str(each)) for each in names}
@@ -31,13 +35,14 @@ def loaded(machine: Statements, call: Call) -> Value | None:
         if len(found) < len(wanted):
             return None  # the class is not in the folder
     elif found:
+        is_all = any(isinstance(each, Open) and "getDeclaredClasses" in each.text for each in given)
         count = f"one of the {len(found)} plugins of the folder" if len(found) > 1 else "the plugin"
         machine.unread.append(
             f"{machine.place(call.node, call.frame)}: the name of the plugin is not known; {count} with this "
             "base class, or one from elsewhere"
         )
-    if not found or len(found) > _MOST:
-        return None
+        if len(found) > (_MOST if is_all else _FEW):
+            return None
     is_sure = len(found) == 1 and len(names) == 1 and isinstance(names[0], str)
     made: list[Value] = []
     for turn, each in enumerate(found):

@@ -95,6 +95,23 @@ def test_each_plugin_is_possible_if_the_name_is_not_known(tmp_path: Path) -> Non
     ]
 
 
+def test_of_many_plugins_with_an_unknown_name_none_is_taken(tmp_path: Path) -> None:
+    """The line says how many there are; a program that loads all declared classes has their ports."""
+    more = "".join(
+        f"namespace parts {{ class Lamp{n} : public Lamp {{}}; }}\nREGISTER_PART(Lamp{n})\n" for n in range(3)
+    )
+    declare = 'auto kind = declare_parameter("kind", rclcpp::PARAMETER_STRING);'
+    robot(tmp_path, "kind", declare)
+    (tmp_path / "parts.cpp").write_text(PARTS + more)
+    facts = read_source(tmp_path)
+    assert ports(facts) == []
+    assert any("one of the 5 plugins of the folder" in each for each in facts.unread)
+    main = MAIN.replace("DECLARE", "for (const auto & kind : loader_.getDeclaredClasses()) {")
+    main = main.replace("NAME);", "kind);").replace("shared_from_this());", "shared_from_this()); }")
+    (tmp_path / "main.cpp").write_text(main)
+    assert len(ports(read_source(tmp_path))) > 1
+
+
 def test_a_plugin_from_elsewhere_is_not_replaced_by_one_of_the_folder(tmp_path: Path) -> None:
     """A known name without a class in the folder gives a line and no ports."""
     facts = robot(tmp_path, '"other/Arm"')
