@@ -139,7 +139,7 @@ def _print_text(
     if displaced:
         where = counted(displaced, "queue")
         say(f"note: {where} can lose older messages; by newestOnly, the readers need only the newest one")
-    from dineros.analysis.consequences import durations, lives
+    from dineros.analysis.consequences import durations, lacks, lives
 
     can, undecided = _notes_that_depend(report, {"queue-overflow"}, durations.OPEN)
     if can:
@@ -151,6 +151,9 @@ def _print_text(
         say(f"note: messages can be lost in {counted(can, 'way')} {lives.WHY}; -v lists them")
     if undecided:
         say(f"note: whether messages are lost in {counted(undecided, 'way')} {lives.OPEN}; -v lists them")
+    unused = sum(each.severity == "note" and each.message.endswith(lacks.WHY) for each in report.findings)
+    if unused:
+        say(f"note: {counted(unused, 'part')} of the model can never be used {lacks.WHY}; -v lists them")
     ends = sum(finding.rule in _ENDS and finding.severity == "note" for finding in report.findings)
     if ends:
         say(f"note: {counted(ends, 'name')} without another end in this code; -v lists them")

@@ -152,6 +152,7 @@ def check(
     start_quickly()
     from dineros.analysis.checks.check import check as check_model
     from dineros.analysis.consequences.durations import left_to_durations
+    from dineros.analysis.consequences.lacks import left_to_lacks
     from dineros.analysis.consequences.lives import left_to_lives
     from dineros.analysis.consequences.unseen import about_seen
     from dineros.analysis.model.assumptions import assumptions, of_source
@@ -199,7 +200,8 @@ def check(
             found = replace(found, proved=[], assumed=[*report.assumed, *report.proved])
         if found.proved or found.assumed:
             found = replace(found, assumes=assumptions(net, with_times=timed))
-        return acceptance.apply(about_seen(net, left_to_lives(net, left_to_durations(net, found))))
+        found = left_to_lacks(net, left_to_lives(net, left_to_durations(net, found)))
+        return acceptance.apply(about_seen(net, found))
 
     def so_far(ending: str) -> int:
         rest = replace(report, unknown=[*report.unknown, Unknown("everything else", ending)])
