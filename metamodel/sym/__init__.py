@@ -1233,14 +1233,10 @@ class ExclusiveSignals(Assumption):
 class SourceAssumption(Assumption):
     """The model was made from code or observations, and lacks or presumes this: answers about all runs hold
     if it changes nothing. Properties are decided without it.
-
-    Attributes
-    ----------
-    text : str
-        What is lacking or presumed, with its place in the code.
     """
 
     text: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
+    """What is lacking or presumed, with its place in the code."""
 
     def __init__(
         self,
