@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, TypeVar
 
 from dineros.sources.facts import CallbackFact, Effect, Entity, NodeFact, Place
+from dineros.sources.kept_branches import block_of, plain_block
 
 _TEXTS = ("cls", "name", "namespace", "base", "executor", "program", "home", "started", "plugin")
 _MOST_LETTERS = 1 << 20
@@ -18,6 +19,7 @@ class _Plain:
     def __init__(self) -> None:
         self.entities: list[Any] = []
         self.callbacks: list[Any] = []
+        self.effects: list[Any] = []
         self._seen: dict[int, int] = {}
         self._kept: list[object] = []
 
@@ -43,8 +45,8 @@ class _Plain:
     def callback(self, found: CallbackFact | None) -> int | None:
         if found is None:
             return None
-        if found.body is not None:
-            raise ValueError("branches of a callback are not kept")
+        if found.answers:
+            raise ValueError("the only answers of a callback are not kept")
         if id(found) not in self._seen:
             self._number(found, self.callbacks)
             plain = self.callbacks[self._seen[id(found)]] = {}
@@ -53,17 +55,22 @@ class _Plain:
                 "kind": found.kind,
                 "at": _place(found.at),
                 "effects": [self._effect(each) for each in found.effects],
+                "body": None if found.body is None else plain_block(found.body, self._effect),
                 "flags": [found.is_async, found.is_open, found.is_apart],
             }
         return self._seen[id(found)]
 
-    def _effect(self, found: Effect) -> list[Any]:
-        if found.path:
-            raise ValueError("calls that lead to an effect are not kept")
-        return [
-            *(found.do, found.what, _place(found.at), found.when, found.how),
-            *(self.entity(found.entity), self.callback(found.then), found.timeout, list(found.holding)),
-        ]
+    def _effect(self, found: Effect) -> int:
+        if found.path or found.sends or found.given:
+            raise ValueError("calls that lead to an effect, and fields of messages, are not kept")
+        if id(found) not in self._seen:
+            self._number(found, self.effects)
+            at = self._seen[id(found)]
+            self.effects[at] = [
+                *(found.do, found.what, _place(found.at), found.when, found.how),
+                *(self.entity(found.entity), self.callback(found.then), found.timeout, list(found.holding)),
+            ]
+        return self._seen[id(found)]
 
     def _number(self, found: object, into: list[Any]) -> None:
         self._seen[id(found)] = len(into)
@@ -101,6 +108,7 @@ def to_plain(nodes: list[NodeFact]) -> dict[str, Any]:
             {**each, "details": [list(pair) for pair in each["details"]]} for each in plain.entities
         ],
         "callbacks": plain.callbacks,
+        "effects": plain.effects,
     }
 
 
@@ -124,9 +132,11 @@ def from_plain(plain: Any) -> list[NodeFact]:
         entity.callbacks = {_text(role): _of(callbacks, each) for role, each in said["callbacks"]}
         entity.is_enabled = _truth(said["enabled"])
         entity.group = None if said["group"] is None else _of(entities, said["group"])
+    effects = [_effect(each, entities, callbacks) for each in plain["effects"]]
     for callback, said in zip(callbacks, plain["callbacks"], strict=True):
         callback.is_async, callback.is_open, callback.is_apart = map(_truth, said["flags"])
-        callback.effects = [_effect(each, entities, callbacks) for each in said["effects"]]
+        callback.effects = [_of(effects, each) for each in said["effects"]]
+        callback.body = None if said["body"] is None else block_of(said["body"], effects)
     return [_node(each, entities, callbacks) for each in plain["nodes"]]
 
 

@@ -90,7 +90,8 @@ class Maker:
         fact.home = place.file
         this.node = fact
         self.machine.nodes.append(fact)
-        self.machine.reached.classes.add(id(this.cls))
+        if this.cls is not None:
+            self.machine.reached.classes.add(id(this.cls))
         if this.cls is None or not fact.managed:
             return
         for step in (*_OF_CONTROLLERS, *TRANSITIONS) if is_controller else TRANSITIONS:

@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 
 from dineros.sources.cpp.keeping import Keeper
+from dineros.sources.kept_facts import to_plain
 from dineros.sources.reading import read_source
 
 pytest.importorskip("tree_sitter_cpp")
@@ -86,7 +87,9 @@ def workspace(tmp_path: Path) -> Path:
 
 
 def facts(folder: Path, cache: Path | None = None) -> str:
-    return json.dumps(read_source(folder, cache=cache).to_json())
+    """Return all facts, with the branches of callbacks, which the schema of the facts does not show."""
+    found = read_source(folder, cache=cache)
+    return json.dumps([found.to_json(), to_plain(found.nodes)])
 
 
 def count(monkeypatch: pytest.MonkeyPatch) -> list[bool]:
@@ -109,6 +112,67 @@ def test_what_has_not_changed_is_not_followed_again(workspace: Path, monkeypatch
     assert first == facts(workspace) == facts(workspace, cache)
     assert was_kept == [False, False, True, True]
     assert oct(cache.stat().st_mode)[-3:] == "700"
+
+
+BRANCHES = """
+#include <rclcpp/rclcpp.hpp>
+#include <std_srvs/srv/set_bool.hpp>
+using Switch = std_srvs::srv::SetBool;
+class Both : public rclcpp::Node {
+ public:
+  Both() : rclcpp::Node("both") {
+    client_ = create_client<Switch>("ask");
+    service_ = create_service<Switch>("serve", std::bind(&Both::serve, this, _1, _2));
+    publisher_ = create_publisher<std_msgs::msg::String>("done", 10);
+    timer_ = create_wall_timer(std::chrono::seconds(1), [this]() { ask(); });
+  }
+  void ask() {
+    client_->async_send_request(std::make_shared<Switch::Request>(),
+      [this](rclcpp::Client<Switch>::SharedFuture future) {
+        auto response = future.get();
+        if (response->success && !busy_) {
+          publisher_->publish(std_msgs::msg::String());
+        } else {
+          for (int i = 0; i < count_; ++i) { client_->wait_for_service(std::chrono::seconds(1)); }
+        }
+      });
+  }
+  void serve(const std::shared_ptr<Switch::Request> request, std::shared_ptr<Switch::Response> response) {
+    if (request->data) { response->success = true; return; }
+    response->success = false;
+  }
+  rclcpp::Client<Switch>::SharedPtr client_;
+  rclcpp::Service<Switch>::SharedPtr service_;
+  rclcpp::Publisher<std_msgs::msg::String>::SharedPtr publisher_;
+  rclcpp::TimerBase::SharedPtr timer_;
+  bool busy_;
+  int count_;
+};
+int main() { rclcpp::init(0, nullptr); rclcpp::spin(std::make_shared<Both>()); }
+"""
+PLAIN = """
+#include <rclcpp/rclcpp.hpp>
+int main() {
+  rclcpp::init(0, nullptr);
+  auto node = rclcpp::Node::make_shared("plain");
+  auto publisher = node->create_publisher<std_msgs::msg::String>("plain", 10);
+  rclcpp::spin(node);
+}
+"""
+
+
+def test_branches_and_nodes_without_a_class_are_kept(
+    workspace: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cache, was_kept = workspace.parent / "cache", count(monkeypatch)
+    for each in FILES:
+        (workspace / each).unlink()
+    (workspace / "both.cpp").write_text(BRANCHES)
+    (workspace / "plain.cpp").write_text(PLAIN)
+    first = facts(workspace, cache)
+    assert first == facts(workspace) == facts(workspace, cache)
+    assert was_kept == [False, False, True, True]
+    assert all(f'"{each}"' in first for each in ("answered", "give", "branch", "joined", "loop"))
 
 
 @pytest.mark.parametrize("edit", EDITS)
@@ -166,10 +230,11 @@ def test_random_edits_never_give_stale_facts(workspace: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "damage", ["cut", "other", "empty", "link", "folder", "forged", "deep", "huge number"]
+    "damage", ["cut", "other", "empty", "link", "folder", "forged", "deep", "huge number", "body"]
 )
 def test_a_damaged_entry_is_ignored(workspace: Path, damage: str) -> None:
     cache = workspace.parent / "cache"
+    (workspace / "b.cpp").write_text(BRANCHES)
     right = facts(workspace, cache)
     for entry in sorted(cache.iterdir()):
         content = entry.read_bytes()
@@ -192,6 +257,9 @@ def _forged(content: bytes, how: str) -> bytes:
     entry = json.loads(content.partition(b"\n")[2])
     if how == "forged":
         entry["facts"]["nodes"][0]["entities"] = [-1, True, 10**6]
+    elif how == "body":
+        for each in entry["facts"]["callbacks"]:
+            each["body"] = [["do", 10**6], ["branch", ["any", []], [["do", -1]], 7]]
     elif how == "huge number":
         entry["facts"]["nodes"][0]["pool"] = 1e308
     else:
