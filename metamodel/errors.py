@@ -230,8 +230,7 @@ def _is_near(name: str, other: str) -> bool:
     if one == two or (len(shorter) >= LEAST_PART and longer.endswith(shorter)):
         return True
     if longer.startswith(shorter):
-        most = 2 * len(shorter) if len(shorter) >= LEAST_PART else len(shorter) + 1
-        return 0 < len(longer) <= most
+        return 0 < len(longer) <= 2 * len(shorter)
     return len(shorter) > 1 and _edits(one, two) <= 1 + len(shorter) // 4
 
 

@@ -76,6 +76,7 @@ def rich() -> sym.SystemModel:
     find(model, "board", sym.NodeNet).callbackGroups.append(sym.CallbackGroup(id="Group"))
     model.properties.append(sym.Property(id="Fed", name="All eat", text="Served >= 2 stays possible"))
     model.assumptions.append(sym.Fairness(id="Fair", of="all"))
+    model.assumptions.append(sym.SourceAssumption(id="Lacks", text="not read: kitchen.py"))
     signals = [sym.InputSignal(id=id, name=id) for id in ("Lit", "Dark")]
     find(model, "board", sym.NodeNet).signals.extend(signals)
     model.assumptions.append(sym.ExclusiveSignals(id="Apart", signals=signals))

@@ -17,6 +17,7 @@ from dineros.metamodel.errors import near_matches
         ("Entry", "SensorEntry"),
         ("validat", "validate"),
         ("p1", "p10"),
+        ("okay", "ok"),
         ("LeftCelObject", "LeftCellObjects"),
     ],
 )
