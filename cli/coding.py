@@ -134,10 +134,10 @@ class Code:
 
     def mismatches(self, read: Coded, system: ObservedSystem) -> list[Finding]:
         """Return the faults of ports; without a launch file, programs may run apart."""
-        from dineros.observation.findings.mismatches import mismatches, perhaps_apart
+        from dineros.observation.findings.mismatches import mismatches, of_separate_programs
 
         found = mismatches(system)
-        return found if self.launch is not None else perhaps_apart(found, read.programs)
+        return found if self.launch is not None else of_separate_programs(found, read.programs)
 
 
 def _cache() -> Path | None:

@@ -6,7 +6,7 @@ effect as the callback.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
 from dineros.sources.branches import (
@@ -25,7 +25,8 @@ from dineros.sources.branches import (
     Negated,
     Turns,
 )
-from dineros.sources.facts import Effect, Item, Known, Place
+from dineros.sources.facts import Effect, Item, Known
+from dineros.sources.kept_values import item_of, place_of, plain_place, text_of, truth_of
 
 Number = Callable[[Effect], int]
 """Returns the number of an effect."""
@@ -50,7 +51,7 @@ def _plain_item(item: Item, number: Number) -> list[Any]:
         case Do():
             return ["do", number(item.effect)]
         case Give():
-            return ["give", item.name, _plain_known(item.value), _plain_place(item.at)]
+            return ["give", item.name, _plain_known(item.value), plain_place(item.at)]
         case Branch():
             return [
                 "branch",
@@ -78,7 +79,7 @@ def _plain_condition(condition: Condition, number: Number) -> list[Any]:
             call = None if condition.call is None else number(condition.call)
             return [
                 *("answered", plain_block(condition.before, number), condition.name, call, condition.starts),
-                None if condition.at is None else _plain_place(condition.at),
+                None if condition.at is None else plain_place(condition.at),
                 sorted(map(_plain_known, condition.values), key=repr),
             ]
         case Negated():
@@ -95,11 +96,7 @@ def _plain_known(value: Known | None) -> list[object] | None:
     return None if value is None else list(value)
 
 
-def _plain_place(place: Place) -> list[Any]:
-    return [place.file, place.line]
-
-
-def block_of(plain: Any, effects: Sequence[Effect]) -> Block:
+def block_of(plain: Any, effects: list[Effect]) -> Block:
     """Return the block of JSON; `effects` has each effect at its number.
 
     Raises
@@ -107,75 +104,63 @@ def block_of(plain: Any, effects: Sequence[Effect]) -> Block:
     ValueError, KeyError, TypeError, IndexError
         It is not a result of `plain_block`.
     """
-    return [_item(each, effects) for each in _checked(plain, list)]
+    return [_item(each, effects) for each in _list(plain)]
 
 
-def _item(plain: Any, effects: Sequence[Effect]) -> Item:
+def _item(plain: Any, effects: list[Effect]) -> Item:
     def block(inner: Any) -> Block:
         return block_of(inner, effects)
 
-    match _checked(plain, list):
+    match _list(plain):
         case ["do", number]:
-            return Do(_effect(number, effects))
+            return Do(item_of(effects, number))
         case ["give", name, value, at]:
-            return Give(_checked(name, str), None if value is None else _known(value), _place(at))
+            return Give(text_of(name), None if value is None else _known(value), place_of(at))
         case ["branch", condition, then, otherwise]:
             return Branch(_condition(condition, effects), block(then), block(otherwise))
         case ["loop", condition, body, is_entered]:
-            return Loop(_condition(condition, effects), block(body), _checked(is_entered, bool))
+            return Loop(_condition(condition, effects), block(body), truth_of(is_entered))
         case ["turns", turns]:
-            return Turns([block(each) for each in _checked(turns, list)])
+            return Turns([block(each) for each in _list(turns)])
         case ["called", body]:
             return Called(block(body))
         case ["attempt", body, otherwise, handlers, last]:
-            found = [block(each) for each in _checked(handlers, list)]
+            found = [block(each) for each in _list(handlers)]
             return Attempt(block(body), block(otherwise), found, block(last))
         case ["leave", way]:
-            return Leave(_checked(way, str))
+            return Leave(text_of(way))
     raise ValueError("an unknown item")
 
 
-def _condition(plain: Any, effects: Sequence[Effect]) -> Condition:
-    match _checked(plain, list):
+def _condition(plain: Any, effects: list[Effect]) -> Condition:
+    match _list(plain):
         case ["answered", before, name, call, starts, at, values]:
             return Answered(
                 block_of(before, effects),
-                _checked(name, str),
-                None if call is None else _effect(call, effects),
-                _checked(starts, bool),
-                None if at is None else _place(at),
-                frozenset(map(_known, _checked(values, list))),
+                text_of(name),
+                None if call is None else item_of(effects, call),
+                truth_of(starts),
+                None if at is None else place_of(at),
+                frozenset(map(_known, _list(values))),
             )
         case ["not", inner]:
             return Negated(_condition(inner, effects))
         case ["joined", inner, is_or]:
-            found = [_condition(each, effects) for each in _checked(inner, list)]
-            return Joined(found, _checked(is_or, bool))
+            found = [_condition(each, effects) for each in _list(inner)]
+            return Joined(found, truth_of(is_or))
         case ["any", before]:
             return Anything(block_of(before, effects))
     raise ValueError("an unknown condition")
 
 
-def _effect(number: Any, effects: Sequence[Effect]) -> Effect:
-    if _checked(number, int) < 0:
-        raise IndexError
-    found: Effect = effects[number]
-    return found
-
-
 def _known(plain: Any) -> Known:
-    for each in _checked(plain, list):
+    for each in _list(plain):
         if each is not None and not isinstance(each, (str, int, float, bool)):
             raise TypeError
     return tuple(plain)
 
 
-def _place(plain: Any) -> Place:
-    file, line = plain
-    return Place(_checked(file, str), _checked(line, int))
-
-
-def _checked(value: Any, kind: type) -> Any:
-    if type(value) is not kind:
+def _list(plain: Any) -> list[Any]:
+    if not isinstance(plain, list):
         raise TypeError
-    return value
+    return plain

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Any, TypeVar
+from typing import Any
 
-from dineros.sources.facts import CallbackFact, Effect, Entity, NodeFact, Place
+from dineros.sources.facts import CallbackFact, Effect, Entity, NodeFact
 from dineros.sources.kept_branches import block_of, plain_block
+from dineros.sources.kept_values import (
+    item_of,
+    number_of,
+    place_of,
+    plain_place,
+    text_of,
+    truth_of,
+    value_of,
+)
 
 _TEXTS = ("cls", "name", "namespace", "base", "executor", "program", "home", "started", "plugin")
-_MOST_LETTERS = 1 << 20
-"""Of a text."""
-_Item = TypeVar("_Item")
 
 
 class _Plain:
@@ -32,7 +38,7 @@ class _Plain:
             plain |= {
                 "kind": found.kind,
                 "port": found.port,
-                "at": _place(found.at),
+                "at": plain_place(found.at),
                 "name": found.name,
                 "type": found.type,
                 "details": list(found.details.items()),
@@ -53,7 +59,7 @@ class _Plain:
             plain |= {
                 "name": found.name,
                 "kind": found.kind,
-                "at": _place(found.at),
+                "at": plain_place(found.at),
                 "effects": [self._effect(each) for each in found.effects],
                 "body": None if found.body is None else plain_block(found.body, self._effect),
                 "flags": [found.is_async, found.is_open, found.is_apart],
@@ -67,7 +73,7 @@ class _Plain:
             self._number(found, self.effects)
             at = self._seen[id(found)]
             self.effects[at] = [
-                *(found.do, found.what, _place(found.at), found.when, found.how),
+                *(found.do, found.what, plain_place(found.at), found.when, found.how),
                 *(self.entity(found.entity), self.callback(found.then), found.timeout, list(found.holding)),
             ]
         return self._seen[id(found)]
@@ -90,12 +96,12 @@ def to_plain(nodes: list[NodeFact]) -> dict[str, Any]:
     shown = [
         {
             **{key: getattr(node, key) for key in _TEXTS},
-            "at": _place(node.at),
+            "at": plain_place(node.at),
             "threads": node.threads,
             "managed": node.managed,
             "pool": node.pool,
             "also_in": node.also_in,
-            "others": [[_place(at), words] for at, words in node.others],
+            "others": [[plain_place(at), words] for at, words in node.others],
             "remappings": list(node.remappings.items()),
             "entities": [plain.entity(each) for each in node.entities],
             "callbacks": [plain.callback(each) for each in node.callbacks],
@@ -121,37 +127,39 @@ def from_plain(plain: Any) -> list[NodeFact]:
         It is not a result of `to_plain`.
     """
     entities = [
-        Entity(_text(each["kind"]), _text(each["port"]), _at(each["at"])) for each in plain["entities"]
+        Entity(text_of(each["kind"]), text_of(each["port"]), place_of(each["at"]))
+        for each in plain["entities"]
     ]
     callbacks = [
-        CallbackFact(_text(each["name"]), _text(each["kind"]), _at(each["at"])) for each in plain["callbacks"]
+        CallbackFact(text_of(each["name"]), text_of(each["kind"]), place_of(each["at"]))
+        for each in plain["callbacks"]
     ]
     for entity, said in zip(entities, plain["entities"], strict=True):
-        entity.name, entity.type = _text(said["name"]), _text(said["type"])
-        entity.details = {_text(key): _value(value) for key, value in said["details"]}
-        entity.callbacks = {_text(role): _of(callbacks, each) for role, each in said["callbacks"]}
-        entity.is_enabled = _truth(said["enabled"])
-        entity.group = None if said["group"] is None else _of(entities, said["group"])
+        entity.name, entity.type = text_of(said["name"]), text_of(said["type"])
+        entity.details = {text_of(key): value_of(value) for key, value in said["details"]}
+        entity.callbacks = {text_of(role): item_of(callbacks, each) for role, each in said["callbacks"]}
+        entity.is_enabled = truth_of(said["enabled"])
+        entity.group = None if said["group"] is None else item_of(entities, said["group"])
     effects = [_effect(each, entities, callbacks) for each in plain["effects"]]
     for callback, said in zip(callbacks, plain["callbacks"], strict=True):
-        callback.is_async, callback.is_open, callback.is_apart = map(_truth, said["flags"])
-        callback.effects = [_of(effects, each) for each in said["effects"]]
+        callback.is_async, callback.is_open, callback.is_apart = map(truth_of, said["flags"])
+        callback.effects = [item_of(effects, each) for each in said["effects"]]
         callback.body = None if said["body"] is None else block_of(said["body"], effects)
     return [_node(each, entities, callbacks) for each in plain["nodes"]]
 
 
 def _node(said: Any, entities: list[Entity], callbacks: list[CallbackFact]) -> NodeFact:
-    node = NodeFact(_text(said["cls"]), _at(said["at"]))
+    node = NodeFact(text_of(said["cls"]), place_of(said["at"]))
     for key in _TEXTS:
-        setattr(node, key, _text(said[key]))
+        setattr(node, key, text_of(said[key]))
     threads = said["threads"]
-    node.threads = threads if isinstance(threads, str) else _number(threads)
-    node.managed, node.pool = _truth(said["managed"]), _number(said["pool"])
-    node.others = [(_at(at), _text(words)) for at, words in said["others"]]
-    node.also_in = [_text(each) for each in said["also_in"]]
-    node.remappings = {_text(key): _text(value) for key, value in said["remappings"]}
-    node.entities = [_of(entities, each) for each in said["entities"]]
-    node.callbacks = [_of(callbacks, each) for each in said["callbacks"]]
+    node.threads = threads if isinstance(threads, str) else number_of(threads)
+    node.managed, node.pool = truth_of(said["managed"]), number_of(said["pool"])
+    node.others = [(place_of(at), text_of(words)) for at, words in said["others"]]
+    node.also_in = [text_of(each) for each in said["also_in"]]
+    node.remappings = {text_of(key): text_of(value) for key, value in said["remappings"]}
+    node.entities = [item_of(entities, each) for each in said["entities"]]
+    node.callbacks = [item_of(callbacks, each) for each in said["callbacks"]]
     return node
 
 
@@ -160,49 +168,9 @@ def _effect(said: Any, entities: list[Entity], callbacks: list[CallbackFact]) ->
     if timeout is not None and (isinstance(timeout, bool) or not isinstance(timeout, (int, float))):
         raise TypeError
     return Effect(
-        *(_text(do), _text(what), _at(at), _text(when), _text(how)),
-        entity=None if entity is None else _of(entities, entity),
-        then=None if then is None else _of(callbacks, then),
+        *(text_of(do), text_of(what), place_of(at), text_of(when), text_of(how)),
+        entity=None if entity is None else item_of(entities, entity),
+        then=None if then is None else item_of(callbacks, then),
         timeout=timeout,
-        holding=tuple(_text(each) for each in holding),
+        holding=tuple(text_of(each) for each in holding),
     )
-
-
-def _of(items: list[_Item], number: Any) -> _Item:
-    at = _number(number)
-    if at < 0:
-        raise IndexError
-    return items[at]
-
-
-def _place(place: Place) -> list[Any]:
-    return [place.file, place.line]
-
-
-def _at(said: Any) -> Place:
-    file, line = said
-    return Place(_text(file), _number(line))
-
-
-def _text(said: Any) -> str:
-    if not isinstance(said, str) or len(said) > _MOST_LETTERS:
-        raise TypeError
-    return said
-
-
-def _number(said: Any) -> int:
-    if isinstance(said, bool) or not isinstance(said, int):
-        raise TypeError
-    return said
-
-
-def _truth(said: Any) -> bool:
-    if not isinstance(said, bool):
-        raise TypeError
-    return said
-
-
-def _value(said: Any) -> Any:
-    if said is not None and not isinstance(said, (str, int, float, bool, list)):
-        raise TypeError
-    return said

@@ -56,7 +56,7 @@ class Lane:
     keeps_order : bool
         Whether the rules take the callbacks of the node in an order that is known.
     most_at_once : int or None
-        The most threads that its runs take at once; None if there is no limit.
+        Maximum number of threads that its runs use at the same time; None without a limit.
     """
 
     node: sym.NodeNet

@@ -208,8 +208,8 @@ class Question(ABC):
     needs_space : bool
         Whether it cannot be asked once there is no state space.
     reads_firings : bool
-        Whether it only reads what is known of firings once there is no state space. Then it is answered even
-        if no time is left.
+        Whether it needs no further search if there is no state space: the known firings answer it. It is then
+        answered even after the time limit.
     """
 
     faults: ClassVar[Sequence[Fault]]

@@ -20,7 +20,7 @@ RULES = frozenset(
 )
 """Faults of parts that are never used."""
 
-WHY = "unless the code that the model lacks uses it"
+WHY = "but the model lacks code that may change this"
 
 
 def left_to_lacks(model: pn.Net, report: Report) -> Report:

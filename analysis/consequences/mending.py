@@ -277,9 +277,9 @@ def _empty(place: pn.Place, most: int) -> None:
 def _against_growth(model: sym.SystemModel, finding: Finding, budget: Budget) -> Mend | None:
     """Stop the growth where a capacity does; None if clients would have to wait for an acknowledgement.
 
-    What is put onto a place that nothing looks at is left out, which changes nothing else. If a property
-    refers to the place, it keeps some tokens, and is emptied when it is full: a property that a few tokens
-    violate is no consequence of the growth.
+    If no transition and no property reads a growing place, its tokens are left out, which changes nothing
+    else. If a property reads it, the place keeps `ENOUGH` tokens at most, and a transition empties it. So a
+    property that is violated by fewer tokens stays a finding of its own.
     """
     from dineros.analysis.covering.growing import largest_weights
     from dineros.analysis.covering.growth import remedy_of

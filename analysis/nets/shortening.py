@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.nets.witness import can_fire
+from dineros.analysis.nets.witness import FiringRows, can_fire
 
 Marking = list[int]
 #: Maximum number of firings tried: about a second.
@@ -59,25 +59,10 @@ def way_before(net: CompiledNet, trace: Sequence[int], then: Sequence[int]) -> t
 
 class _Shortening:
     def __init__(self, net: CompiledNet, is_goal: Callable[[Marking], bool], most: int) -> None:
-        # Rows in plain Python: the firing rule of the net itself is an order of magnitude slower.
-        self._needs = [net.pre.row(t) for t in range(len(net.transitions))]
-        self._inhibitors = [net.inhibitor.row(t) for t in range(len(net.transitions))]
-        self._changes = [list(change.items()) for change in net.delta]
+        self._rows = FiringRows(net)
         self._initial: Marking = net.initial.tolist()
         self._is_goal = is_goal
         self.left = most
-
-    def _fires(self, t: int, marking: Marking) -> bool:
-        """Fire a transition in place, if it is enabled."""
-        for place, weight in self._needs[t]:
-            if marking[place] < weight:
-                return False
-        for place, weight in self._inhibitors[t]:
-            if marking[place] >= weight:
-                return False
-        for place, tokens in self._changes[t]:
-            marking[place] += tokens
-        return True
 
     def replay(self, marking: Marking, trace: Sequence[int]) -> list[int] | None:
         """Fire the enabled transitions of a sequence, up to the goal; None: the goal is not reached."""
@@ -87,7 +72,7 @@ class _Shortening:
         self.left -= len(trace)
         marking = list(marking)
         for t in trace:
-            if self._fires(t, marking):
+            if self._rows.fire(t, marking):
                 fired.append(t)
                 if self._is_goal(marking):
                     return fired
@@ -103,7 +88,7 @@ class _Shortening:
                 trace = trace[:at] + rest
                 continue
             for t in trace[at : at + size]:
-                self._fires(t, marking)
+                self._rows.fire(t, marking)
             at += size
         return trace
 

@@ -11,6 +11,33 @@ class WitnessError(AssertionError):
     """The net cannot fire a sequence of transitions: an engine has an error."""
 
 
+class FiringRows:
+    """The firing rule on plain lists: for single firings an order of magnitude faster than that of the net.
+
+    Attributes
+    ----------
+    needs : list
+        For each transition, the places from which it takes or reads, each with the tokens that it needs.
+    """
+
+    def __init__(self, net: CompiledNet) -> None:
+        self.needs = [net.pre.row(t) for t in range(len(net.transitions))]
+        self._inhibitors = [net.inhibitor.row(t) for t in range(len(net.transitions))]
+        self._changes = [list(change.items()) for change in net.delta]
+
+    def fire(self, transition: int, marking: list[int]) -> bool:
+        """Fire a transition and change the marking, if it is enabled; return whether it is."""
+        for place, weight in self.needs[transition]:
+            if marking[place] < weight:
+                return False
+        for place, weight in self._inhibitors[transition]:
+            if marking[place] >= weight:
+                return False
+        for place, tokens in self._changes[transition]:
+            marking[place] += tokens
+        return True
+
+
 def replay(net: CompiledNet, trace: Iterable[int]) -> list[list[int]]:
     """Fire a sequence of transitions from the initial marking.
 

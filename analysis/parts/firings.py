@@ -14,8 +14,11 @@ ROUNDS = 150
 WORK = (200_000, 2_000_000)
 """Cache misses of saturation that a part may cost, in each pass over what is open: a second is 3 000 000."""
 
-START_WORK, MOST_STARTS = 50_000, 40
-"""The same for each part with which a proof that there is no deadlock may begin; number of these parts."""
+START_WORK = 50_000
+"""Cache misses that one first part of the proof of deadlock freedom may cost."""
+
+MOST_STARTS = 40
+"""Maximum number of first parts that are tried for the proof of deadlock freedom."""
 
 DEADLOCK_SHARE = 0.3
 """Part of the time for the question whether there is a deadlock."""

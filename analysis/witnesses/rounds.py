@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.shortening import shortened
+from dineros.analysis.nets.witness import FiringRows, can_fire
 from dineros.analysis.witnesses.folding import in_rounds, lines_of
 
 LEAST_LINES = 30
@@ -59,7 +60,7 @@ def repeating_way(net: CompiledNet, trace: Sequence[int], then: Sequence[int]) -
     if ordered != tuple(trace):
         found += search.repeated(ordered)
     best = min(found, key=lambda way: (lines_of(way), len(way)))
-    return best if search.leads_there(best) else ordered
+    return best if can_fire(net, (*best, *then), net.initial.tolist()) else ordered
 
 
 @dataclass(frozen=True)
@@ -75,12 +76,9 @@ class _Rounds:
     """Looks for runs with a round after which some transitions can fire."""
 
     def __init__(self, net: CompiledNet, then: Sequence[int]) -> None:
-        # Rows in plain Python: the firing rule of the net itself is an order of magnitude slower.
         self._net = net
         self._then = tuple(then)
-        self._needs = [net.pre.row(t) for t in range(len(net.transitions))]
-        self._inhibitors = [net.inhibitor.row(t) for t in range(len(net.transitions))]
-        self._changes = [list(change.items()) for change in net.delta]
+        self._rows = FiringRows(net)
         self._left = MOST_TRIED
         self._repetitions = 0
 
@@ -109,15 +107,6 @@ class _Rounds:
                 ways.append(shorter)
         return ways
 
-    def leads_there(self, way: Sequence[int]) -> bool:
-        """Whether the net has the run, and the transitions can fire after it."""
-        marking: Marking = self._net.initial.tolist()
-        for t in (*way, *self._then):
-            if not self._net.is_enabled(t, marking):
-                return False
-            marking = self._net.fire(t, marking)
-        return True
-
     def _rounds(self, trace: tuple[int, ...]) -> list[tuple[tuple[int, ...], int]]:
         """Return firings that can repeat, and where: a part of a run without what cannot fire again.
 
@@ -127,7 +116,7 @@ class _Rounds:
         markings: list[Marking] = [self._net.initial.tolist()]
         for t in trace:
             markings.append(self._net.fire(t, markings[-1]))
-        needed = {p for t in self._then for p, weight in self._needs[t] if markings[0][p] < weight}
+        needed = {p for t in self._then for p, weight in self._rows.needs[t] if markings[0][p] < weight}
         found: dict[tuple[int, ...], tuple[tuple[float, int, int], int]] = {}
         for start in range(len(trace)):
             for end in range(start + 2, min(len(trace), start + LONGEST_ROUND) + 1):
@@ -225,12 +214,4 @@ class _Rounds:
     def _fires(self, t: int, marking: Marking) -> bool:
         """Fire a transition in place, if it is enabled."""
         self._left -= 1
-        for place, weight in self._needs[t]:
-            if marking[place] < weight:
-                return False
-        for place, weight in self._inhibitors[t]:
-            if marking[place] >= weight:
-                return False
-        for place, tokens in self._changes[t]:
-            marking[place] += tokens
-        return True
+        return self._rows.fire(t, marking)

@@ -153,7 +153,7 @@ def _print_text(
         say(f"note: whether messages are lost in {counted(undecided, 'way')} {lives.OPEN}; -v lists them")
     unused = sum(each.severity == "note" and each.message.endswith(lacks.WHY) for each in report.findings)
     if unused:
-        say(f"note: {counted(unused, 'part')} of the model can never be used {lacks.WHY}; -v lists them")
+        say(f"note: no run uses {counted(unused, 'part')} of the model, {lacks.WHY}; -v lists them")
     ends = sum(finding.rule in _ENDS and finding.severity == "note" for finding in report.findings)
     if ends:
         say(f"note: {counted(ends, 'name')} without another end in this code; -v lists them")

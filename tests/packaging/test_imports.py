@@ -145,6 +145,7 @@ FOLDERS = {
             "interfaces",
             "facts",
             "branches",
+            "kept_values",
             "kept_branches",
             "kept_facts",
             "alternatives",

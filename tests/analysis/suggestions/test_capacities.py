@@ -77,14 +77,12 @@ def test_each_queue_has_an_answer_of_its_own(model: sym.SystemModel) -> None:
 @settings(max_examples=2, deadline=None)
 @given(unbounded_systems())
 def test_trying_the_tree_and_loops_say_the_same(model: sym.SystemModel) -> None:
-    answers = suggest_capacities(model, ENOUGH)
+    answers = suggest_capacities(model, Budget(seconds=60))  # a busy machine must not decide
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(capacities, "loop_raising", lambda *_: None)
         patch.setattr(capacities, "LARGEST_TRIED", 4)
         without_loops = suggest_capacities(model, ENOUGH)
     for one, other in zip(answers, without_loops, strict=True):
-        if "time ran out" in one.reason:
-            continue  # on a busy machine; it says nothing then
         if other.needed is not None or other.grows:
             assert (one.needed, one.grows) == (other.needed, other.grows)
         else:
