@@ -10,7 +10,7 @@ stamp := .venv/.installed
 maintenance := build/maintenance
 checked := $(wildcard metamodel cli transformations analysis generators runtime sources observation views case_study benchmarks docs examples tests tools) setup.py
 
-first := $(if $(filter no,$(LINT)),install,lint)
+first := $(if $(filter no,$(LINT)),browser-packages,lint)
 
 # The stamp names where it was installed: another place or a PYTHON given by hand mean a new installation.
 wanted := $(CURDIR)
@@ -49,6 +49,10 @@ lint: install ## Run every check but the tests
 	@echo "Browser code (biome check, tsc --strict)" && tools/check-browser
 	@echo "Types (mypy --strict)" && $(python) tools/typecheck.py --no-error-summary
 	@echo "Generated code (dineros.metamodel.generate --check)" && $(python) -m dineros.metamodel.generate --check
+
+.PHONY: browser-packages
+browser-packages: install
+	@tools/browser-packages
 
 .PHONY: test
 test: $(first) ## Run lint, then all tests but the long ones

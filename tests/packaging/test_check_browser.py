@@ -1,4 +1,4 @@
-"""``tools/check-browser`` on machines made up of a few commands, and what it installs."""
+"""``tools/check-browser`` and ``tools/browser-packages`` on machines made up of a few commands, and what they install."""
 
 import json
 import shutil
@@ -24,7 +24,9 @@ def script(machine: Machine) -> Path:
         machine.command(f"made-{tool}", f'echo "{tool} $*" >>{machine.home}/calls')
         made += f"; cp {machine.bin}/made-{tool} node_modules/.bin/{tool}"
     machine.command("npm", f'echo "npm $1" >>{machine.home}/calls; {made}')
-    return Path(shutil.copy(ROOT / "tools/check-browser", project / "tools/check-browser"))
+    for name in ["browser-packages", "check-browser"]:
+        shutil.copy(ROOT / "tools" / name, project / "tools" / name)
+    return project / "tools/check-browser"
 
 
 def test_packages_are_installed_when_the_lock_has_changed(machine: Machine, script: Path) -> None:

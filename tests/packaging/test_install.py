@@ -204,5 +204,11 @@ class TestSystemPackages:
 
 
 def test_scripts_can_be_started() -> None:
-    for script in [".ci/run", "tools/check-browser", "tools/install", "tools/system-packages"]:
+    for script in [
+        ".ci/run",
+        "tools/browser-packages",
+        "tools/check-browser",
+        "tools/install",
+        "tools/system-packages",
+    ]:
         assert os.access(ROOT / script, os.X_OK), script

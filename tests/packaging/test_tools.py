@@ -12,7 +12,8 @@ ROOT = Path(__file__).resolve().parents[2]
 
 def make(*arguments: str) -> list[str]:
     """Lines that make prints, without those that a surrounding `make test` would make it add."""
-    bare = {name: value for name, value in os.environ.items() if not name.startswith(("MAKE", "MFLAGS"))}
+    of_make = ("MAKE", "MFLAGS", "LINT", "PYTHON", "PYTEST_ARGS")
+    bare = {name: value for name, value in os.environ.items() if not name.startswith(of_make)}
     command = ["make", *arguments]
     done = subprocess.run(command, cwd=ROOT, env=bare, check=True, capture_output=True, text=True)
     return done.stdout.splitlines()
@@ -34,6 +35,7 @@ def test_tests_come_last() -> None:
     assert lines == sorted(lines)
     alone = make("-n", "test", "LINT=no")
     assert alone[-1] == plan[-1] and not any("ruff" in line or "typecheck.py" in line for line in alone)
+    assert "tools/browser-packages" in alone, "tests of pages need axe-core, with lint or without"
 
 
 def test_links_show_the_rooms_and_forget_old_ones(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from playwright.sync_api import Page
 
 SCRIPT = Path(__file__).resolve().parents[2] / "node_modules/axe-core/axe.min.js"
-"""Installed by `tools/check-browser`, which `make test` runs before the tests."""
+"""Installed by `tools/browser-packages`, which `make test` runs before the tests."""
 
 
 def faults(page: Page) -> list[str]:
@@ -22,8 +22,8 @@ def faults(page: Page) -> list[str]:
     """
     if not SCRIPT.is_file():
         if os.environ.get("CI"):
-            pytest.fail("CI is set: tools/check-browser must have installed axe-core")
-        pytest.skip("without axe-core: run tools/check-browser")
+            pytest.fail("CI is set: tools/browser-packages must have installed axe-core")
+        pytest.skip("without axe-core: run tools/browser-packages")
     page.evaluate(f"{SCRIPT.read_text(encoding='utf-8')}; undefined")
     found: list[dict[str, Any]] = page.evaluate("axe.run().then((result) => result.violations)")
     return [
