@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import PurePosixPath
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 from dineros.sources.facts import CallbackFact, Place
@@ -145,10 +145,20 @@ class LaunchFiles:
         return None
 
     def named(self, text: str) -> str | None:
-        """Return the launch file for a path of the user: a path in the folder, or the end of exactly one."""
-        found = self.path(text)
+        """Return the launch file for a path of the user.
+
+        It is a path in the folder, a path from the current folder, as shells complete it, or the end of
+        exactly one path.
+        """
         ends = [path for path in self.all() if path.endswith(f"/{text}")]
-        return found or (ends[0] if len(ends) == 1 else None)
+        return self.path(text) or self._from_here(text) or (ends[0] if len(ends) == 1 else None)
+
+    def _from_here(self, text: str) -> str | None:
+        try:
+            path = Path(text).resolve().relative_to(self._folder.root.resolve()).as_posix()
+        except (OSError, ValueError, RuntimeError):  # outside of the folder, or not a path
+            return None
+        return path if path in self._folder.files else None
 
     def _actions(self, path: str, scope: Scope) -> list[Value] | None:
         try:

@@ -189,16 +189,45 @@ def foreign_properties(folder: Path, ending: ExitStack) -> tuple[Sequence[bytes]
         ways.format("<deadlock/>"),
         ways.format("<is-fireable><transition>t</transition></is-fireable>"),
     ]
-    spaces = ("http://mcc.lip6.fr/", "http://tapaal.net/", "")
+    originals = _asked(formulas)
 
     def attempt(content: bytes) -> Outcome:
         path.write_bytes(content)
         return run_command("verify", model, "--properties", path, "--timeout", "0.5", "--memory", "600M")
 
-    originals = [
+    return originals, attempt
+
+
+def symmetric_properties(folder: Path, ending: ExitStack) -> tuple[Sequence[bytes], Attempt]:
+    """Ask a property file about a coloured net: its places and transitions stand for all their colours."""
+    path, model = folder / "case.xml", folder / "net.pnml"
+    net = random_net(3)
+    model.write_bytes(net.pnml().encode())
+    place, transition = next(iter(net.places)), next(iter(net.conditions))
+    count = f"<tokens-count><place>{place}</place></tokens-count>"
+    atom = f"<integer-le><integer-constant>1</integer-constant>{count}</integer-le>"
+    fireable = f"<is-fireable><transition>{transition}</transition></is-fireable>"
+    originals = _asked(
+        [
+            f"<exists-path><finally><conjunction>{atom}{fireable}</conjunction></finally></exists-path>",
+            f"<all-paths><globally><disjunction>{atom}{fireable}</disjunction></globally></all-paths>",
+            f"<place-bound><place>{place}</place></place-bound>",
+        ]
+    )
+
+    def attempt(content: bytes) -> Outcome:
+        path.write_bytes(content)
+        return run_command("verify", model, "--properties", path, "--timeout", "0.5", "--memory", "600M")
+
+    return originals, attempt
+
+
+def _asked(formulas: Sequence[str]) -> list[bytes]:
+    """Return property files with one formula each, in the name spaces of several tools."""
+    spaces = ("http://mcc.lip6.fr/", "http://tapaal.net/", "")
+    return [
         f'<property-set xmlns="{space}"><property><id>q{number}</id><description/>'
-        f"<formula>{formula}</formula></property></property-set>".replace(' xmlns=""', "")
+        f"<formula>{formula}</formula></property></property-set>".replace(' xmlns=""', "").encode()
         for space in spaces
         for number, formula in enumerate(formulas)
     ]
-    return [each.encode() for each in originals], attempt

@@ -28,10 +28,10 @@ def models(folder: Path, suffix: str) -> list[bytes]:
     plain = small_net()
     if suffix == "net":
         find(plain, "start", Transition).interval = None
-    if suffix == "xml":
+    if suffix in ("xml", "cts"):
         find(plain, "stop", Transition).overrides.clear()
     save(plain, folder / f"plain.{suffix}")
-    if suffix in ("net", "xml"):
+    if suffix in ("net", "xml", "cts"):
         made("flatten", _saved(folder, "talker"), "-o", folder / f"flat.{suffix}")
     else:
         save(small_system(), folder / f"small.sym.{suffix}")

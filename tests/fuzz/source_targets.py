@@ -103,7 +103,7 @@ RCLCPP_COMPONENTS_REGISTER_NODE(arm::Driver)
 """,
 ]
 LAUNCH = [
-    IN_PYTHON.encode(),
+    IN_PYTHON.replace("mover", "robot").encode(),
     b"""from launch import LaunchDescription
 from launch_ros.actions import Node
 def generate_launch_description():
@@ -143,6 +143,40 @@ makes = [{ kind = "publishers", name = "{topic}", type = "std_msgs/msg/Empty", u
 methods.beat = { do = "publish", entity = 0 }
 """,
 ]
+PARAMETERS = [
+    b"""/**:
+  ros__parameters: {rate: 2.0, use_sim_time: false}
+robot:
+  ros__parameters:
+    rate: 4
+    names: [left, right]
+    topics: {in: /scan, out: "/x"}
+    qos_overrides: {/left/out: {publisher: {depth: 3, history: keep_last, reliability: best_effort}}}
+/left/r3: &same
+  ros__parameters: {rate: 1.5e-1}
+other: *same
+"""
+]
+STARTED = b"""<launch><let name="file" value="$(find-pkg-share arm)/config/arm.yaml"/>
+<node pkg="arm" exec="robot" name="robot"><param from="$(var file)"/></node>
+<node pkg="arm" exec="robot" name="r3" namespace="left"><param from="$(var file)"/></node></launch>"""
+INTERFACES = [
+    b"""# what a robot says
+uint8 IDLE=0
+uint8 MOVING=1 # comment
+string<=10 NAME="a b"
+uint8 state 0
+float64[<=3] values [1.0, 2.5]
+std_msgs/Header header
+builtin_interfaces/Time[] times
+geometry_msgs/msg/Pose pose
+---
+bool success true
+wstring text
+---
+int32 count -1
+"""
+]
 CMAKE = b"""find_package(rclcpp REQUIRED)
 set(names robot other)
 foreach(name IN LISTS names)
@@ -162,13 +196,21 @@ class Damaged(NamedTuple):
     options: tuple[str, ...] = ()
 
 
+def _launched(name: str) -> tuple[str, ...]:
+    return ("--launch", f"OUT/work/launch/{name}")
+
+
 SOURCES = {
     "Python source": Damaged("work/robot.py", PYTHON),
     "C++ source": Damaged("work/robot.cpp", CPP),
     "build file": Damaged("work/CMakeLists.txt", [CMAKE]),
-    "launch file": Damaged("work/launch/a.launch.py", LAUNCH),
-    "launch XML": Damaged("work/launch/a.launch.xml", LAUNCH_XML, mutators.mutate_xml),
-    "launch YAML": Damaged("work/launch/a.launch.yaml", LAUNCH_YAML),
+    "launch file": Damaged("work/launch/a.launch.py", LAUNCH, options=_launched("a.launch.py")),
+    "launch XML": Damaged(
+        "work/launch/a.launch.xml", LAUNCH_XML, mutators.mutate_xml, _launched("a.launch.xml")
+    ),
+    "launch YAML": Damaged("work/launch/a.launch.yaml", LAUNCH_YAML, options=_launched("a.launch.yaml")),
+    "parameter file": Damaged("work/config/arm.yaml", PARAMETERS, options=_launched("robot.launch.xml")),
+    "interface": Damaged("work/action/Move.action", INTERFACES),
     "idioms": Damaged("ours.toml", IDIOMS, options=("--idioms", "OUT/ours.toml")),
 }
 """Kinds of files, by name."""
@@ -177,8 +219,11 @@ SOURCES = {
 def source(damaged: Damaged, folder: Path, ending: ExitStack) -> tuple[Sequence[bytes], Attempt]:
     """Import a folder of code in which one file is damaged; a model that is written must be valid."""
     work, out = folder / "work", folder / "out.sym.xmi"
-    (work / "launch").mkdir(parents=True)
+    for name in ("launch", "config", "action"):
+        (work / name).mkdir(parents=True)
     files = {"robot.py": PYTHON[0], "robot.cpp": CPP[0], "CMakeLists.txt": CMAKE}
+    files |= {"launch/robot.launch.xml": STARTED, "config/arm.yaml": PARAMETERS[0]}
+    files["action/Move.action"] = INTERFACES[0]
     for name, content in {**files, "package.xml": PACKAGE.encode()}.items():
         (work / name).write_bytes(content)
     given = [option.replace("OUT", str(folder)) for option in damaged.options]

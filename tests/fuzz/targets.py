@@ -22,7 +22,13 @@ from tests.fuzz.answering_targets import (
     timed_certificate,
 )
 from tests.fuzz.editing_targets import editor, editors_journal
-from tests.fuzz.foreign_targets import foreign_pnml, foreign_properties, mutate_foreign, symmetric_pnml
+from tests.fuzz.foreign_targets import (
+    foreign_pnml,
+    foreign_properties,
+    mutate_foreign,
+    symmetric_pnml,
+    symmetric_properties,
+)
 from tests.fuzz.judging import REFUSED, Outcome, refused_or, run_command
 from tests.fuzz.observing_targets import (
     given,
@@ -82,7 +88,7 @@ def _text(content: bytes) -> str:
 
 def _model(suffix: str, folder: Path, ending: ExitStack) -> tuple[Sequence[bytes], Attempt]:
     originals = seeds.models(folder / "seeds", suffix)
-    names = {"xmi": "case.xmi", "pnml": "case.pnml", "net": "case.net", "xml": "case.xml"}
+    names = {"xmi": "case.xmi", "pnml": "case.pnml", "net": "case.net", "xml": "case.xml", "cts": "case.cts"}
     work = folder / "work"
     path, output = work / names[suffix], work / "out"
     questions: list[list[object]] = [
@@ -322,6 +328,7 @@ KINDS = {
     "PNML": Kind(partial(_model, "pnml"), mutators.mutate_xml),
     "net": Kind(partial(_model, "net"), mutators.mutate_words),
     "Romeo": Kind(partial(_model, "xml"), mutators.mutate_xml, share=20),
+    "cts": Kind(partial(_model, "cts"), mutators.mutate_words, share=20),
     "foreign PNML": Kind(foreign_pnml, mutate_foreign, share=200),
     "symmetric PNML": Kind(symmetric_pnml, mutators.mutate_xml, share=50),
     "picture": Kind(_picture, mutators.mutate_xml, share=20),
@@ -345,6 +352,7 @@ KINDS = {
     ),
     "properties": Kind(properties, mutators.mutate_xml, share=50),
     "foreign properties": Kind(foreign_properties, mutators.mutate_xml),
+    "symmetric properties": Kind(symmetric_properties, mutators.mutate_xml, share=50),
     "certificate": Kind(certificate, mutators.mutate_json),
     "certificate with times": Kind(timed_certificate, mutators.mutate_json),
     "proofs": Kind(proofs, mutators.mutate_json),

@@ -230,3 +230,17 @@ def test_a_launch_file_is_named_by_the_end_of_its_path(tmp_path: Path) -> None:
     assert read_source(tmp_path, launch=Launch("robot.launch.xml")).nodes == []
     with pytest.raises(DinerosError, match="there is no launch file arm"):
         read_source(tmp_path, launch=Launch("arm.launch.xml"))
+
+
+def test_a_launch_file_is_named_by_a_path_from_the_current_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("robot/launch/robot.launch.xml", "robot/other/robot.launch.xml", "outside.launch.xml"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text("<launch/>")
+    monkeypatch.chdir(tmp_path)
+    for name in ("robot/launch/robot.launch.xml", str(tmp_path / "robot/other/robot.launch.xml")):
+        assert read_source(Path("robot"), launch=Launch(name)).nodes == []
+    for name in ("outside.launch.xml", "robot/../outside.launch.xml", "robot/launch", "\0"):
+        with pytest.raises(DinerosError, match="there is no launch file"):
+            read_source(Path("robot"), launch=Launch(name))
