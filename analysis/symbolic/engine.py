@@ -43,6 +43,8 @@ ROUNDS = (
 SHORTEST_ROUND, SHORTEST_WORK = 3, 500_000
 #: An order that a search did not improve gets the work of this many rounds later.
 UNCHANGED_ROUNDS = 1
+#: While no order of the search has finished, a round searches for this part of its work only.
+BLIND_PART = 4
 #: First round in which an order that costs too much on a smaller instance is not run.
 FIRST_DOUBT = 2
 #: Work allowed to an order known from an earlier run, before a search for another one starts.
@@ -363,14 +365,16 @@ def _with_encoding(
     if between is not None:
         between(work)
     for order, limit in _attempts(search, _known_order(net, encoding, known)):
-        diagram.restart(order)
+        if tuple(order) != diagram.order or diagram.out_of_memory:
+            diagram.restart(order)
+        before = diagram.effort
         budget.stage("saturation")
         is_complete = diagram.run(budget.report, limit)
         budget.stage("the order of levels")
         failures += diagram.out_of_memory
         if is_complete or failures == MEMORY_TRIES:
             break
-        work += diagram.effort
+        work += diagram.effort - before
         if between is not None:
             between(search.work + work)
     reason = "" if diagram.complete else "memory"
@@ -389,7 +393,7 @@ def _attempts(search: OrderSearch, known: list[int] | None) -> Iterator[tuple[li
     for number, (search_work, _) in enumerate(ROUNDS):
         for order in search.shortest if number == SHORTEST_ROUND else ():
             yield order, SHORTEST_WORK
-        search.improve(search_work)
+        search.improve(search_work // BLIND_PART if search.is_blind else search_work)
         order = search.order
         ahead = UNCHANGED_ROUNDS if order == last else 0
         limit = ROUNDS[min(number + ahead, len(ROUNDS) - 1)][1]

@@ -136,25 +136,35 @@ class OrderSearch:
     def race(self) -> None:
         """Choose the best of the orders made from the structure, measured on the trials' instance.
 
-        All orders get the same effort, which grows until one of them finishes.
+        All orders get the same effort, which grows until one of them finishes. If none does, the one that has
+        finished the most levels is chosen, and of several the one with the fewest nodes.
         """
         if len(self.order) < 3:
             return
         orders, limit = list(starts(self._encoding, self._events)), FIRST_RACE
         trial = self._scaled[1]
         while self._effort is None and limit <= LAST_RACE:
+            reached: list[tuple[int, int]] = []
             for order in orders:
                 trial.restart(order)
                 if trial.run(self._progress, limit if self._effort is None else self._effort):
                     self._effort, self.order = trial.effort, order
                 self.work += trial.effort + TRIAL_WORK
+                reached.append((-trial.saturated, trial.peak_nodes))
             limit *= 4
+        if self._effort is None:
+            self.order = orders[reached.index(min(reached))]
 
     @cached_property
     def shortest(self) -> list[list[int]]:
         """The orders made from the structure whose events have the shortest spans."""
         found = sorted(starts(self._encoding, self._events), key=lambda order: span(self._events, order))
         return found[:SHORTEST]
+
+    @property
+    def is_blind(self) -> bool:
+        """Whether no order has finished on the trials' instance yet, so that orders cannot be compared."""
+        return self._effort is None and all(climb.effort is None for climb in self._climbs)
 
     def improve(self, work: int) -> None:
         """Continue the search for about `work` cache misses of saturation; it does not depend on time."""

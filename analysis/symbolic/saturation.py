@@ -51,6 +51,8 @@ class Diagram:
         Further nodes that garbage collection keeps.
     out_of_memory : bool
         Whether memory ended the last run.
+    saturated : int
+        Number of levels, from the bottom, that the run has finished.
     """
 
     def __init__(
@@ -104,6 +106,8 @@ class Diagram:
             array[:] = 0
         self.frame[:] = 0
         self.root = 0
+        self.saturated = 0
+        self._below, self._is_begun = 1, False
         self.pinned: list[int] = []
         self.sets_of_boxes = 0
         self.collections = 0
@@ -118,21 +122,27 @@ class Diagram:
     ) -> bool:
         """Make the diagram of the reachable markings; False if a limit or the memory ended the run early.
 
+        After a limit, another call continues the run.
+
         Parameters
         ----------
         progress
             Called regularly, and at the end.
         effort_limit
-            Number of cache misses (firings and unions actually computed) after which the run is ended.
+            Number of cache misses (firings and unions actually computed) since the restart after which the run
+            is ended.
         """
-        child = 1
-        for k in range(1, self.top + 1):
-            self._start(k, child)
-            if not self.drive(k, self.relations, progress, effort_limit):
+        while self.saturated < self.top:
+            level = self.saturated + 1
+            if not self._is_begun:
+                self._start(level, self._below)
+                self._is_begun = True
+            if not self.drive(level, self.relations, progress, effort_limit):
                 return False
-            child = int(self.control[store.RESULT])
+            self._below, self._is_begun = int(self.control[store.RESULT]), False
             self.control[store.HAVE] = 0
-        self.root = child
+            self.saturated = level
+        self.root = self._below
         self.complete = True
         if progress is not None:
             progress(self.progress)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.symbolic import level_order
 from dineros.analysis.symbolic.engine import symbolic_state_space
 from dineros.analysis.symbolic.level_order import OrderSearch
 from dineros.analysis.symbolic.level_starts import first_start, force_order, starts
@@ -58,6 +59,36 @@ def test_a_race_takes_an_order_that_is_good_on_the_net_itself(name: str) -> None
     assert effort(space, search.order) <= 3 * min(
         effort(space, o) for o in starts(space.encoding, space.events)
     )
+
+
+def test_a_race_that_no_order_finishes_takes_the_order_that_came_furthest(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(level_order, "LAST_RACE", level_order.FIRST_RACE)
+    space = diagram(classic.philosophers(100))
+    search = OrderSearch(space.encoding, space.events)
+    search.race()
+    assert search.is_blind
+    reached = {}
+    for order in starts(space.encoding, space.events):
+        space.restart(order)
+        assert not space.run(None, level_order.FIRST_RACE)
+        reached[tuple(order)] = space.saturated
+    assert reached[tuple(search.order)] == max(reached.values()) > min(reached.values())
+
+
+@pytest.mark.parametrize("name", NETS)
+def test_a_run_that_a_limit_ended_is_continued(name: str) -> None:
+    whole, parts = diagram(NETS[name]), diagram(NETS[name])
+    assert whole.run()
+    limit = 0
+    while not parts.run(None, limit):
+        assert parts.effort >= limit and parts.saturated < parts.top
+        limit += 1 + limit // 4
+    for each in (whole, parts):
+        each.collect([])
+    assert parts.saturated == parts.top
+    assert parts.nodes == whole.nodes
 
 
 @pytest.mark.parametrize("name", ["kanban", "manufacturing", "pool", "case study"])
