@@ -129,8 +129,8 @@ class Diagram:
         progress
             Called regularly, and at the end.
         effort_limit
-            Number of cache misses (firings and unions actually computed) since the restart after which the run
-            is ended.
+            Number of cache misses (firings and unions actually computed) since the restart, after which the
+            run is ended.
         """
         while self.saturated < self.top:
             level = self.saturated + 1
