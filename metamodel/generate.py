@@ -69,27 +69,27 @@ def is_optional(feature: ecore.EStructuralFeature) -> bool:
         return False
     if isinstance(feature, ecore.EReference):
         return True
-    if isinstance(feature.eType, ecore.EEnum) or feature.defaultValueLiteral is not None:
+    if feature.defaultValueLiteral is not None:
         return False
     return feature.eType.name in (*_OBJECT_TYPES, "EString")
 
 
 def type_hint(feature: ecore.EStructuralFeature, package: ecore.EPackage) -> str:
-    """Return the type hint of reading a feature."""
+    """Return the type hint of a feature."""
     hint = value_type(feature, package)
     if feature.many:
         return f"ModelList[{hint}]"
+    if isinstance(feature.eType, ecore.EEnum):
+        return f"Choice[{hint}]"
+    if feature.lowerBound > 0 and isinstance(feature, ecore.EReference):
+        return f"Mandatory[{hint}]"
     return f"{hint} | None" if is_optional(feature) else hint
 
 
-def argument_hint(feature: ecore.EStructuralFeature, package: ecore.EPackage) -> str:
-    """Return the type hint of a constructor argument."""
-    hint = value_type(feature, package)
-    if feature.many:
-        return f"Iterable[{hint}] | None"
-    if isinstance(feature.eType, ecore.EEnum):
-        return f"{hint} | str | None"
-    return f"{hint} | None"
+def _views(classes: list[ecore.EClass], package: ecore.EPackage) -> list[str]:
+    """Return the generic static views that the type hints of a package use, sorted."""
+    hints = [type_hint(feature, package) for c in classes for feature in c.eStructuralFeatures]
+    return sorted({hint.partition("[")[0] for hint in hints if "[" in hint})
 
 
 def qualifiers(feature: ecore.EStructuralFeature, package: ecore.EPackage) -> str:
@@ -163,7 +163,7 @@ class TypedModule(EcorePackageModuleTask):
         context.update(
             classes=classes,
             imports=sorted(used - {"ecore"}),
-            features=ordered_features,
+            views=_views(classes, element),
             enumerations=[c for c in element.eClassifiers if isinstance(c, ecore.EEnum)],
         )
         return context
@@ -191,7 +191,6 @@ class TypedGenerator(EcoreGenerator):
             docstring=docstring,
             documentation=documentation,
             type_hint=type_hint,
-            argument_hint=argument_hint,
             qualifiers=qualifiers,
             qualified=qualified,
             wrap=wrap,

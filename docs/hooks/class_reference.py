@@ -17,6 +17,8 @@ from typing import Any
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 
+from dineros.metamodel.base import features_of
+
 MODULES = {
     "dineros.metamodel.pn": "Nets",
     "dineros.metamodel.sym": "System models",
@@ -39,6 +41,8 @@ INTRODUCTION = """# Classes and functions
 What Python programs use, as the docstrings say it. [Metamodels](metamodels.md) draws how the classes of
 models belong together.
 """
+_READ_AS = re.compile(r"^(?:Choice|Mandatory)\[(.*)\]$")
+"""Static views of a single value, which the reference does not show."""
 _SECTION = re.compile(r"^(\w[\w ]*)\n-{3,}\n", re.MULTILINE)
 _ENTRIES = ("Parameters", "Attributes", "Returns", "Raises", "Yields", "Other Parameters")
 
@@ -91,18 +95,24 @@ def _docstring(value: Any) -> str | None:
     for feature, below in pairwise(described.body):
         if isinstance(feature, ast.AnnAssign) and isinstance(below, ast.Expr):
             text = " ".join(ast.literal_eval(below.value).split())
-            entries.append(f"{ast.unparse(feature.target)} : {ast.unparse(feature.annotation)}\n    {text}")
+            hint = _READ_AS.sub(r"\1", ast.unparse(feature.annotation))
+            entries.append(f"{ast.unparse(feature.target)} : {hint}\n    {text}")
     return "\n".join([f"{found}\n\nAttributes\n----------", *entries]) if entries else found
 
 
 def _signature(name: str, value: Any) -> str:
     """Return how something is called; features of the metamodels' classes are keywords, listed below."""
-    try:
-        # Models' classes are called through a metaclass, which takes anything.
-        signature = inspect.signature(value.__init__ if inspect.isclass(value) else value)
-    except (TypeError, ValueError):
-        return ""
-    shown = [each for each in signature.parameters.values() if each.name not in ("self", "unknown")]
+    if hasattr(value, "eClass"):
+        shown = [
+            inspect.Parameter(each, inspect.Parameter.KEYWORD_ONLY, default=None)
+            for each in features_of(value)
+        ]
+    else:
+        try:
+            signature = inspect.signature(value.__init__ if inspect.isclass(value) else value)
+        except (TypeError, ValueError):
+            return ""
+        shown = [each for each in signature.parameters.values() if each.name != "self"]
     words, is_keyword = [], False
     for each in shown:
         if each.kind is each.KEYWORD_ONLY and not is_keyword:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from functools import cache
-from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar, cast
 
 from pyecore.ecore import EAttribute, EDataType, EDouble, EDoubleObject, EEnum, EReference
 from pyecore.resources import global_registry
@@ -53,6 +53,7 @@ else:
         def __init__(self, name: str, bases: tuple[type, ...], namespace: dict[str, Any]) -> None:
             super().__init__(name, bases, namespace)
             if not any(isinstance(base, MetaEClass) for base in bases):
+                self.__init__ = initialise
                 self.__setattr__ = refuse_unknown
                 self.notify = notify_listeners
                 self.__repr__ = show
@@ -62,18 +63,37 @@ T = TypeVar("T")
 F = TypeVar("F", bound=Callable[..., object])
 
 __all__ = [
+    "Choice",
     "EObject",
     "EnumLiteral",
+    "Mandatory",
     "MetaEClass",
     "ModelList",
     "complete",
     "enumeration",
     "features_of",
-    "initialise",
     "literals_of",
     "reference",
     "remembered",
 ]
+
+
+class Choice(Generic[T]):
+    """Static view of an attribute whose value is a literal of an enumeration, which may be given by name."""
+
+    if TYPE_CHECKING:
+
+        def __get__(self, instance: object, owner: type | None = None) -> T: ...
+        def __set__(self, instance: object, value: T | str) -> None: ...
+
+
+class Mandatory(Generic[T]):
+    """Static view of a reference that every valid model sets; it may be None while a model is built."""
+
+    if TYPE_CHECKING:
+
+        def __get__(self, instance: object, owner: type | None = None) -> T: ...
+        def __set__(self, instance: object, value: T | None) -> None: ...
 
 
 class ModelList(Generic[T]):
@@ -81,6 +101,8 @@ class ModelList(Generic[T]):
 
     if TYPE_CHECKING:
 
+        def __get__(self, instance: object, owner: type | None = None) -> Self: ...
+        def __set__(self, instance: object, value: Iterable[T]) -> None: ...
         def append(self, value: T) -> None: ...
         def extend(self, values: Iterable[T]) -> None: ...
         def insert(self, index: int, value: T) -> None: ...
@@ -171,13 +193,8 @@ def _wrong_value(self: EObject, feature: Any, value: object) -> FeatureValueErro
     return FeatureValueError(f"{type(self).__name__}.{feature.name} takes {many}{expected}, not {shown}")
 
 
-def initialise(values: dict[str, Any]) -> None:
-    """Set the features given to a constructor, attributes before references.
-
-    Parameters
-    ----------
-    values : dict
-        The local variables of the constructor: ``self``, its features, and ``unknown``, the other keywords.
+def initialise(self: EObject, **features: Any) -> None:
+    """Set features, in the order of the metamodel; the `__init__` of every model class.
 
     Raises
     ------
@@ -186,15 +203,14 @@ def initialise(values: dict[str, Any]) -> None:
     FeatureValueError
         A value does not fit its feature's type.
     """
-    self: EObject = values.pop("self")
-    for name, value in values.pop("unknown").items():
-        refuse_unknown(self, name, value)
-    values.pop("__class__", None)  # of a constructor that names `super`
     plan = _plan_of(type(self))
-    for name, value in values.items():
+    for name, value in features.items():
+        if name not in plan:
+            refuse_unknown(self, name, value)
+    for name, (feature, default, type_of_attribute) in plan.items():
+        value = features.get(name)
         if value is None:
             continue
-        feature, default, type_of_attribute = plan[name]
         if value.__class__ is type_of_attribute:  # it fits, and there are no listeners to a new object
             if value != default:
                 self.__dict__[name] = value

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from functools import cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, dataclass_transform
 
 from pyecore.ecore import EAttribute, EReference
 from pyecore.innerutils import InternalSet
@@ -21,6 +21,7 @@ from pyecore.valuecontainer import BadValueError, EcoreUtils, EOrderedSet, EValu
 
 if TYPE_CHECKING:
 
+    @dataclass_transform(eq_default=False, kw_only_default=True)
     class MetaEClass(type):
         """Static view of pyecore's metaclass of model classes."""
 

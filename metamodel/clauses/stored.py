@@ -141,7 +141,7 @@ def remove_clause(transition: sym.Transition) -> None:
         return
     for disjunction in clause.disjunctions:
         for literal in disjunction.literals:
-            literal.signal = None  # type: ignore[assignment]
+            literal.signal = None
     transition.clause = None
 
 

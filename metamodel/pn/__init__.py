@@ -7,20 +7,20 @@ Generated from `pn.ecore` by `make regenerate`; edits are lost.
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable
 from functools import partial
-from typing import Any, ClassVar, Never
+from typing import Any, ClassVar
 
 import pyecore.ecore as Ecore
 
 from dineros.metamodel.base import (
+    Choice,
     EnumLiteral,
     EObject,
+    Mandatory,
     MetaEClass,
     ModelList,
     complete,
     enumeration,
-    initialise,
     reference,
 )
 
@@ -103,21 +103,6 @@ class Element(EObject, metaclass=MetaEClass):
     suppressions: ModelList[Suppression] = reference("Suppression", containment=True, upper=-1)
     """Findings about the element, or about what it contains, that were accepted."""
 
-    def __init__(
-        self,
-        *,
-        id: str | None = None,
-        name: str | None = None,
-        sourceLine: str | None = None,
-        graphics: Graphics | None = None,
-        labels: Iterable[Label] | None = None,
-        toolInfos: Iterable[ToolInfo] | None = None,
-        suppressions: Iterable[Suppression] | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
-
 
 class Point(EObject, metaclass=MetaEClass):
     """A point or an offset in the plane, in the editor's units."""
@@ -126,10 +111,6 @@ class Point(EObject, metaclass=MetaEClass):
     """To the right."""
     y: float = Ecore.EAttribute(eType=Ecore.EDouble, lower=1, required=True)
     """Downwards."""
-
-    def __init__(self, *, x: float | None = None, y: float | None = None, **unknown: Never) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
 
 
 class Graphics(EObject, metaclass=MetaEClass):
@@ -144,39 +125,16 @@ class Graphics(EObject, metaclass=MetaEClass):
     style: str | None = Ecore.EAttribute(eType=Ecore.EString)
     """The PNML elements fill, line and font, as XML text."""
 
-    def __init__(
-        self,
-        *,
-        positions: Iterable[Point] | None = None,
-        offset: Point | None = None,
-        dimension: Point | None = None,
-        style: str | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
-
 
 class Label(EObject, metaclass=MetaEClass):
     """Layout of one text label of an element."""
 
-    kind: LabelKind = Ecore.EAttribute(eType=LabelKind, default_value=LabelKind.elementName)
+    kind: Choice[LabelKind] = Ecore.EAttribute(eType=LabelKind, default_value=LabelKind.elementName)
     """Which label."""
     graphics: Graphics | None = reference("Graphics", containment=True)
     """Its layout."""
     toolInfos: ModelList[ToolInfo] = reference("ToolInfo", containment=True, upper=-1)
     """Blocks of other tools inside the label."""
-
-    def __init__(
-        self,
-        *,
-        kind: LabelKind | str | None = None,
-        graphics: Graphics | None = None,
-        toolInfos: Iterable[ToolInfo] | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
 
 
 class ToolInfo(EObject, metaclass=MetaEClass):
@@ -189,17 +147,6 @@ class ToolInfo(EObject, metaclass=MetaEClass):
     content: str | None = Ecore.EAttribute(eType=Ecore.EString)
     """The whole block as XML text."""
 
-    def __init__(
-        self,
-        *,
-        tool: str | None = None,
-        version: str | None = None,
-        content: str | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
-
 
 class Suppression(EObject, metaclass=MetaEClass):
     """A finding of a check that was accepted: it is reported as suppressed and does not fail the check."""
@@ -210,17 +157,6 @@ class Suppression(EObject, metaclass=MetaEClass):
     """Why it is accepted; shown in every report."""
     until: str | None = Ecore.EAttribute(eType=Ecore.EString)
     """The last day on which it is accepted, such as 2027-03-31; always where it is absent."""
-
-    def __init__(
-        self,
-        *,
-        rule: str | None = None,
-        reason: str | None = None,
-        until: str | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
 
 
 class TimeInterval(EObject, metaclass=MetaEClass):
@@ -237,41 +173,12 @@ class TimeInterval(EObject, metaclass=MetaEClass):
     source: str | None = Ecore.EAttribute(eType=Ecore.EString)
     """Where a measured interval comes from: the recording, the number of times and their quantiles."""
 
-    def __init__(
-        self,
-        *,
-        earliest: float | None = None,
-        latest: float | None = None,
-        earliestExcluded: bool | None = None,
-        latestExcluded: bool | None = None,
-        source: str | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
-
 
 class Net(Element):
     """A Petri net: pages with places, transitions and arcs."""
 
     pages: ModelList[Page] = reference("Page", opposite="net", containment=True, upper=-1)
     """Top-level pages, in order."""
-
-    def __init__(
-        self,
-        *,
-        id: str | None = None,
-        name: str | None = None,
-        sourceLine: str | None = None,
-        graphics: Graphics | None = None,
-        labels: Iterable[Label] | None = None,
-        toolInfos: Iterable[ToolInfo] | None = None,
-        suppressions: Iterable[Suppression] | None = None,
-        pages: Iterable[Page] | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
 
 
 @Ecore.abstract
@@ -281,56 +188,20 @@ class PageObject(Element):
     page: Page | None = reference("Page")
     """The page it is on."""
 
-    def __init__(
-        self,
-        *,
-        id: str | None = None,
-        name: str | None = None,
-        sourceLine: str | None = None,
-        graphics: Graphics | None = None,
-        labels: Iterable[Label] | None = None,
-        toolInfos: Iterable[ToolInfo] | None = None,
-        suppressions: Iterable[Suppression] | None = None,
-        page: Page | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
-
 
 class Arc(Element):
     """Joins a place and a transition (or references to them) of the same page."""
 
     page: Page | None = reference("Page", opposite="arcs")
     """The page it is on."""
-    source: Node = reference("Node", opposite="outgoing", lower=1, required=True)
+    source: Mandatory[Node] = reference("Node", opposite="outgoing", lower=1, required=True)
     """Where it starts."""
-    target: Node = reference("Node", opposite="incoming", lower=1, required=True)
+    target: Mandatory[Node] = reference("Node", opposite="incoming", lower=1, required=True)
     """Where it ends."""
     weight: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=1)
     """1 or more."""
-    kind: ArcKind = Ecore.EAttribute(eType=ArcKind, default_value=ArcKind.normal)
+    kind: Choice[ArcKind] = Ecore.EAttribute(eType=ArcKind, default_value=ArcKind.normal)
     """What it asks and does."""
-
-    def __init__(
-        self,
-        *,
-        id: str | None = None,
-        name: str | None = None,
-        sourceLine: str | None = None,
-        graphics: Graphics | None = None,
-        labels: Iterable[Label] | None = None,
-        toolInfos: Iterable[ToolInfo] | None = None,
-        suppressions: Iterable[Suppression] | None = None,
-        page: Page | None = None,
-        source: Node | None = None,
-        target: Node | None = None,
-        weight: int | None = None,
-        kind: ArcKind | str | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
 
 
 class Page(PageObject):
@@ -343,25 +214,6 @@ class Page(PageObject):
     arcs: ModelList[Arc] = reference("Arc", containment=True, upper=-1)
     """Arcs between nodes of this page, in order."""
 
-    def __init__(
-        self,
-        *,
-        id: str | None = None,
-        name: str | None = None,
-        sourceLine: str | None = None,
-        graphics: Graphics | None = None,
-        labels: Iterable[Label] | None = None,
-        toolInfos: Iterable[ToolInfo] | None = None,
-        suppressions: Iterable[Suppression] | None = None,
-        page: Page | None = None,
-        net: Net | None = None,
-        objects: Iterable[PageObject] | None = None,
-        arcs: Iterable[Arc] | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
-
 
 @Ecore.abstract
 class Node(PageObject):
@@ -372,69 +224,15 @@ class Node(PageObject):
     incoming: ModelList[Arc] = reference("Arc", upper=-1, transient=True)
     """Arcs that end here."""
 
-    def __init__(
-        self,
-        *,
-        id: str | None = None,
-        name: str | None = None,
-        sourceLine: str | None = None,
-        graphics: Graphics | None = None,
-        labels: Iterable[Label] | None = None,
-        toolInfos: Iterable[ToolInfo] | None = None,
-        suppressions: Iterable[Suppression] | None = None,
-        page: Page | None = None,
-        outgoing: Iterable[Arc] | None = None,
-        incoming: Iterable[Arc] | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
-
 
 @Ecore.abstract
 class PlaceNode(Node):
     """Place or reference place."""
 
-    def __init__(
-        self,
-        *,
-        id: str | None = None,
-        name: str | None = None,
-        sourceLine: str | None = None,
-        graphics: Graphics | None = None,
-        labels: Iterable[Label] | None = None,
-        toolInfos: Iterable[ToolInfo] | None = None,
-        suppressions: Iterable[Suppression] | None = None,
-        page: Page | None = None,
-        outgoing: Iterable[Arc] | None = None,
-        incoming: Iterable[Arc] | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
-
 
 @Ecore.abstract
 class TransitionNode(Node):
     """Transition or reference transition."""
-
-    def __init__(
-        self,
-        *,
-        id: str | None = None,
-        name: str | None = None,
-        sourceLine: str | None = None,
-        graphics: Graphics | None = None,
-        labels: Iterable[Label] | None = None,
-        toolInfos: Iterable[ToolInfo] | None = None,
-        suppressions: Iterable[Suppression] | None = None,
-        page: Page | None = None,
-        outgoing: Iterable[Arc] | None = None,
-        incoming: Iterable[Arc] | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
 
 
 class Place(PlaceNode):
@@ -445,26 +243,6 @@ class Place(PlaceNode):
     capacity: int | None = Ecore.EAttribute(eType=Ecore.EIntegerObject)
     """Largest number of tokens that it may hold, 1 or more; absent: any."""
 
-    def __init__(
-        self,
-        *,
-        id: str | None = None,
-        name: str | None = None,
-        sourceLine: str | None = None,
-        graphics: Graphics | None = None,
-        labels: Iterable[Label] | None = None,
-        toolInfos: Iterable[ToolInfo] | None = None,
-        suppressions: Iterable[Suppression] | None = None,
-        page: Page | None = None,
-        outgoing: Iterable[Arc] | None = None,
-        incoming: Iterable[Arc] | None = None,
-        tokens: int | None = None,
-        capacity: int | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
-
 
 class Transition(TransitionNode):
     """Changes the marking when it fires."""
@@ -474,77 +252,19 @@ class Transition(TransitionNode):
     overrides: ModelList[Transition] = reference("Transition", upper=-1)
     """Transitions of lower priority: they may not fire while this one is enabled."""
 
-    def __init__(
-        self,
-        *,
-        id: str | None = None,
-        name: str | None = None,
-        sourceLine: str | None = None,
-        graphics: Graphics | None = None,
-        labels: Iterable[Label] | None = None,
-        toolInfos: Iterable[ToolInfo] | None = None,
-        suppressions: Iterable[Suppression] | None = None,
-        page: Page | None = None,
-        outgoing: Iterable[Arc] | None = None,
-        incoming: Iterable[Arc] | None = None,
-        interval: TimeInterval | None = None,
-        overrides: Iterable[Transition] | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
-
 
 class ReferencePlace(PlaceNode):
     """Stands for a place of another page."""
 
-    target: PlaceNode = reference("PlaceNode", lower=1, required=True)
+    target: Mandatory[PlaceNode] = reference("PlaceNode", lower=1, required=True)
     """The place, or a reference to it."""
-
-    def __init__(
-        self,
-        *,
-        id: str | None = None,
-        name: str | None = None,
-        sourceLine: str | None = None,
-        graphics: Graphics | None = None,
-        labels: Iterable[Label] | None = None,
-        toolInfos: Iterable[ToolInfo] | None = None,
-        suppressions: Iterable[Suppression] | None = None,
-        page: Page | None = None,
-        outgoing: Iterable[Arc] | None = None,
-        incoming: Iterable[Arc] | None = None,
-        target: PlaceNode | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
 
 
 class ReferenceTransition(TransitionNode):
     """Stands for a transition of another page."""
 
-    target: TransitionNode = reference("TransitionNode", lower=1, required=True)
+    target: Mandatory[TransitionNode] = reference("TransitionNode", lower=1, required=True)
     """The transition, or a reference to it."""
-
-    def __init__(
-        self,
-        *,
-        id: str | None = None,
-        name: str | None = None,
-        sourceLine: str | None = None,
-        graphics: Graphics | None = None,
-        labels: Iterable[Label] | None = None,
-        toolInfos: Iterable[ToolInfo] | None = None,
-        suppressions: Iterable[Suppression] | None = None,
-        page: Page | None = None,
-        outgoing: Iterable[Arc] | None = None,
-        incoming: Iterable[Arc] | None = None,
-        target: TransitionNode | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
 
 
 complete(sys.modules[__name__])

@@ -6,14 +6,13 @@ Generated from `rtm.ecore` by `make regenerate`; edits are lost.
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable
 from functools import partial
-from typing import Any, Never
+from typing import Any
 
 import pyecore.ecore as Ecore
 
 from dineros.metamodel import pn, sym
-from dineros.metamodel.base import EObject, MetaEClass, ModelList, complete, initialise, reference
+from dineros.metamodel.base import Choice, EObject, Mandatory, MetaEClass, ModelList, complete, reference
 
 name = "rtm"
 nsURI = "http://dineros.org/rtm/1.0"
@@ -49,17 +48,6 @@ class PlacePort(EObject, metaclass=MetaEClass):
     mappings: ModelList[sym.FieldMapping] = reference("sym.FieldMapping", containment=True, upper=-1)
     """How fields of an existing ROS interface map to token fields."""
 
-    def __init__(
-        self,
-        *,
-        channel: str | None = None,
-        type: str | None = None,
-        mappings: Iterable[sym.FieldMapping] | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
-
 
 class PublisherPort(PlacePort):
     """Tokens are published on a topic."""
@@ -70,20 +58,6 @@ class PublisherPort(PlacePort):
     """QoS depth."""
     qos: sym.QualityOfService | None = reference("sym.QualityOfService", containment=True)
     """Quality of service."""
-
-    def __init__(
-        self,
-        *,
-        channel: str | None = None,
-        type: str | None = None,
-        mappings: Iterable[sym.FieldMapping] | None = None,
-        topic: str | None = None,
-        limit: int | None = None,
-        qos: sym.QualityOfService | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
 
 
 class SubscriberPort(PlacePort):
@@ -104,23 +78,6 @@ class SubscriberPort(PlacePort):
     qos: sym.QualityOfService | None = reference("sym.QualityOfService", containment=True)
     """Quality of service."""
 
-    def __init__(
-        self,
-        *,
-        channel: str | None = None,
-        type: str | None = None,
-        mappings: Iterable[sym.FieldMapping] | None = None,
-        topic: str | None = None,
-        limit: int | None = None,
-        dispatcherLimit: int | None = None,
-        inHand: int | None = None,
-        missed: sym.Place | None = None,
-        qos: sym.QualityOfService | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
-
 
 class ClientPort(PlacePort):
     """Tokens are requests of a service."""
@@ -129,7 +86,7 @@ class ClientPort(PlacePort):
     """Service name."""
     client: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
     """Id of the client."""
-    response: sym.Place = reference("sym.Place", lower=1, required=True)
+    response: Mandatory[sym.Place] = reference("sym.Place", lower=1, required=True)
     """Receives the responses."""
     outstanding: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=1)
     """Requests that the client has under way at most, -1 for any number."""
@@ -138,32 +95,15 @@ class ClientPort(PlacePort):
     timedOut: sym.Place | None = reference("sym.Place")
     """Gets a token when the client gives up; absent: it is ready to ask again."""
 
-    def __init__(
-        self,
-        *,
-        channel: str | None = None,
-        type: str | None = None,
-        mappings: Iterable[sym.FieldMapping] | None = None,
-        service: str | None = None,
-        client: str | None = None,
-        response: sym.Place | None = None,
-        outstanding: int | None = None,
-        timeout: float | None = None,
-        timedOut: sym.Place | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
-
 
 class ServerPort(PlacePort):
     """Requests of a service become tokens."""
 
     service: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
     """Service name."""
-    exit: sym.Place = reference("sym.Place", lower=1, required=True)
+    exit: Mandatory[sym.Place] = reference("sym.Place", lower=1, required=True)
     """Holds the responses."""
-    page: pn.Page = reference("pn.Page", lower=1, required=True)
+    page: Mandatory[pn.Page] = reference("pn.Page", lower=1, required=True)
     """The server page."""
     instances: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=1)
     """Number of server instances."""
@@ -171,23 +111,6 @@ class ServerPort(PlacePort):
     """Requests that wait for the server at most, under the rules of ROS 2."""
     outstanding: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=1)
     """Requests that one of its clients has under way at most, -1 for any number."""
-
-    def __init__(
-        self,
-        *,
-        channel: str | None = None,
-        type: str | None = None,
-        mappings: Iterable[sym.FieldMapping] | None = None,
-        service: str | None = None,
-        exit: sym.Place | None = None,
-        page: pn.Page | None = None,
-        instances: int | None = None,
-        depth: int | None = None,
-        outstanding: int | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
 
 
 class ActionClientPort(PlacePort):
@@ -216,35 +139,13 @@ class ActionClientPort(PlacePort):
     depth: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=10)
     """QoS depth of the feedback."""
 
-    def __init__(
-        self,
-        *,
-        channel: str | None = None,
-        type: str | None = None,
-        mappings: Iterable[sym.FieldMapping] | None = None,
-        action: str | None = None,
-        client: str | None = None,
-        succeeded: sym.Place | None = None,
-        aborted: sym.Place | None = None,
-        canceled: sym.Place | None = None,
-        accepted: sym.Place | None = None,
-        rejected: sym.Place | None = None,
-        cancel: sym.Place | None = None,
-        feedback: sym.Place | None = None,
-        outstanding: int | None = None,
-        depth: int | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
-
 
 class ActionServerPort(PlacePort):
     """Goals of an action that are accepted become tokens."""
 
     action: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
     """Action name."""
-    page: pn.Page = reference("pn.Page", lower=1, required=True)
+    page: Mandatory[pn.Page] = reference("pn.Page", lower=1, required=True)
     """What works on a goal."""
     succeeded: sym.Place | None = reference("sym.Place")
     """Holds results of goals that succeed; absent: none does."""
@@ -263,32 +164,11 @@ class ActionServerPort(PlacePort):
     depth: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=10)
     """QoS depth of the feedback."""
 
-    def __init__(
-        self,
-        *,
-        channel: str | None = None,
-        type: str | None = None,
-        mappings: Iterable[sym.FieldMapping] | None = None,
-        action: str | None = None,
-        page: pn.Page | None = None,
-        succeeded: sym.Place | None = None,
-        aborted: sym.Place | None = None,
-        canceled: sym.Place | None = None,
-        cancel: sym.Place | None = None,
-        feedback: sym.Place | None = None,
-        mayReject: bool | None = None,
-        instances: int | None = None,
-        depth: int | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
-
 
 class RuntimeModel(pn.Net):
     """The part of a system model that one ROS node runs."""
 
-    node: sym.NodeNet = reference("sym.NodeNet", lower=1, required=True)
+    node: Mandatory[sym.NodeNet] = reference("sym.NodeNet", lower=1, required=True)
     """The node net, on one of the pages."""
     tokenType: sym.TokenType | None = reference("sym.TokenType", containment=True)
     """What tokens carry in places that name no other type."""
@@ -296,29 +176,10 @@ class RuntimeModel(pn.Net):
     """Further token types, which its places name."""
     systemModel: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
     """Id of the system model it was split from."""
-    middleware: sym.Middleware = Ecore.EAttribute(eType=sym.Middleware, default_value=sym.Middleware.ros1)
+    middleware: Choice[sym.Middleware] = Ecore.EAttribute(
+        eType=sym.Middleware, default_value=sym.Middleware.ros1
+    )
     """Whose queues its topics have."""
-
-    def __init__(
-        self,
-        *,
-        id: str | None = None,
-        name: str | None = None,
-        sourceLine: str | None = None,
-        graphics: pn.Graphics | None = None,
-        labels: Iterable[pn.Label] | None = None,
-        toolInfos: Iterable[pn.ToolInfo] | None = None,
-        suppressions: Iterable[pn.Suppression] | None = None,
-        pages: Iterable[pn.Page] | None = None,
-        node: sym.NodeNet | None = None,
-        tokenType: sym.TokenType | None = None,
-        otherTokenTypes: Iterable[sym.TokenType] | None = None,
-        systemModel: str | None = None,
-        middleware: sym.Middleware | str | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
 
 
 class Place(sym.Place):
@@ -326,30 +187,6 @@ class Place(sym.Place):
 
     ports: ModelList[PlacePort] = reference("PlacePort", containment=True, upper=-1)
     """Its ports."""
-
-    def __init__(
-        self,
-        *,
-        id: str | None = None,
-        name: str | None = None,
-        sourceLine: str | None = None,
-        graphics: pn.Graphics | None = None,
-        labels: Iterable[pn.Label] | None = None,
-        toolInfos: Iterable[pn.ToolInfo] | None = None,
-        suppressions: Iterable[pn.Suppression] | None = None,
-        page: pn.Page | None = None,
-        outgoing: Iterable[pn.Arc] | None = None,
-        incoming: Iterable[pn.Arc] | None = None,
-        tokens: int | None = None,
-        capacity: int | None = None,
-        balloons: Iterable[sym.BalloonToken] | None = None,
-        kind: sym.PlaceKind | str | None = None,
-        tokenType: sym.TokenType | None = None,
-        ports: Iterable[PlacePort] | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
 
 
 complete(sys.modules[__name__])

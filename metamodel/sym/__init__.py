@@ -6,21 +6,21 @@ Generated from `sym.ecore` by `make regenerate`; edits are lost.
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable
 from functools import partial
-from typing import Any, ClassVar, Never
+from typing import Any, ClassVar
 
 import pyecore.ecore as Ecore
 
 from dineros.metamodel import pn
 from dineros.metamodel.base import (
+    Choice,
     EnumLiteral,
     EObject,
+    Mandatory,
     MetaEClass,
     ModelList,
     complete,
     enumeration,
-    initialise,
     reference,
 )
 
@@ -284,17 +284,6 @@ class DefaultTimes(EObject, metaclass=MetaEClass):
     reaction: pn.TimeInterval | None = reference("pn.TimeInterval", containment=True)
     """Of engines of the execution net."""
 
-    def __init__(
-        self,
-        *,
-        latency: pn.TimeInterval | None = None,
-        duration: pn.TimeInterval | None = None,
-        reaction: pn.TimeInterval | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
-
 
 class Lifecycle(EObject, metaclass=MetaEClass):
     """Life of a managed node (ROS 2 design: Managed nodes): unconfigured, inactive, active, finalized. It
@@ -318,32 +307,12 @@ class Lifecycle(EObject, metaclass=MetaEClass):
     activateStep: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=0)
     """Step of the start order in which it is activated: after all that earlier steps do; 0: at any time."""
 
-    def __init__(
-        self,
-        *,
-        deactivates: bool | None = None,
-        cleansUp: bool | None = None,
-        shutsDown: bool | None = None,
-        configureFails: bool | None = None,
-        activateFails: bool | None = None,
-        pauses: bool | None = None,
-        configureStep: int | None = None,
-        activateStep: int | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
-
 
 class BalloonToken(EObject, metaclass=MetaEClass):
     """Data of one token (paper, Sect. 5.2); influences enabling only by guards."""
 
     data: str = Ecore.EAttribute(eType=Ecore.EString, default_value="{}")
     """JSON object: field name to value."""
-
-    def __init__(self, *, data: str | None = None, **unknown: Never) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
 
 
 class SignalValue(EObject, metaclass=MetaEClass):
@@ -353,12 +322,6 @@ class SignalValue(EObject, metaclass=MetaEClass):
     """The signal."""
     name: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
     """What it is called."""
-
-    def __init__(
-        self, *, signal: InputSignal | None = None, name: str | None = None, **unknown: Never
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
 
 
 class InputClause(EObject, metaclass=MetaEClass):
@@ -373,18 +336,6 @@ class InputClause(EObject, metaclass=MetaEClass):
     disjunctions: ModelList[Disjunction] = reference("Disjunction", containment=True, upper=-1)
     """Conjunctive normal form of the text; none: always true."""
 
-    def __init__(
-        self,
-        *,
-        transition: Transition | None = None,
-        name: str | None = None,
-        text: str | None = None,
-        disjunctions: Iterable[Disjunction] | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
-
 
 class Disjunction(EObject, metaclass=MetaEClass):
     """True when one of its literals is; without literals it is false."""
@@ -394,40 +345,18 @@ class Disjunction(EObject, metaclass=MetaEClass):
     literals: ModelList[Literal] = reference("Literal", opposite="disjunction", containment=True, upper=-1)
     """Its literals."""
 
-    def __init__(
-        self,
-        *,
-        clause: InputClause | None = None,
-        literals: Iterable[Literal] | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
-
 
 class Literal(EObject, metaclass=MetaEClass):
     """A boolean signal, or that a signal has a value; or the negation."""
 
     disjunction: Disjunction | None = reference("Disjunction")
     """The disjunction it is part of."""
-    signal: InputSignal = reference("InputSignal", lower=1, required=True)
+    signal: Mandatory[InputSignal] = reference("InputSignal", lower=1, required=True)
     """The signal."""
     negated: bool = Ecore.EAttribute(eType=Ecore.EBoolean, default_value=False)
     """True for the negation."""
     value: str | None = Ecore.EAttribute(eType=Ecore.EString)
     """The value that the signal is compared with; absent: it is a boolean."""
-
-    def __init__(
-        self,
-        *,
-        disjunction: Disjunction | None = None,
-        signal: InputSignal | None = None,
-        negated: bool | None = None,
-        value: str | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
 
 
 class TokenField(EObject, metaclass=MetaEClass):
@@ -435,9 +364,9 @@ class TokenField(EObject, metaclass=MetaEClass):
 
     name: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
     """Name of the field."""
-    kind: FieldKind = Ecore.EAttribute(eType=FieldKind, default_value=FieldKind.text)
+    kind: Choice[FieldKind] = Ecore.EAttribute(eType=FieldKind, default_value=FieldKind.text)
     """Type of its value."""
-    elementKind: FieldKind = Ecore.EAttribute(eType=FieldKind, default_value=FieldKind.text)
+    elementKind: Choice[FieldKind] = Ecore.EAttribute(eType=FieldKind, default_value=FieldKind.text)
     """Type of the elements of a list or map."""
     length: int | None = Ecore.EAttribute(eType=Ecore.EIntegerObject)
     """Number of elements of a list of fixed length."""
@@ -454,83 +383,40 @@ class TokenField(EObject, metaclass=MetaEClass):
     values: str | None = Ecore.EAttribute(eType=Ecore.EString)
     """Named values of an integer, the only ones that it has: IDLE=0, BUSY=1."""
 
-    def __init__(
-        self,
-        *,
-        name: str | None = None,
-        kind: FieldKind | str | None = None,
-        elementKind: FieldKind | str | None = None,
-        length: int | None = None,
-        default: str | None = None,
-        ros: str | None = None,
-        bound: int | None = None,
-        minimum: int | None = None,
-        maximum: int | None = None,
-        values: str | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
-
 
 class FieldMapping(EObject, metaclass=MetaEClass):
     """A field of a ROS interface that carries a token field."""
 
-    part: MessagePart = Ecore.EAttribute(eType=MessagePart, default_value=MessagePart.message)
+    part: Choice[MessagePart] = Ecore.EAttribute(eType=MessagePart, default_value=MessagePart.message)
     """Part of the interface."""
     messageField: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
     """Path in the interface, such as pose.position.x."""
     tokenField: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
     """Name of the token field."""
 
-    def __init__(
-        self,
-        *,
-        part: MessagePart | str | None = None,
-        messageField: str | None = None,
-        tokenField: str | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
-
 
 class QualityOfService(EObject, metaclass=MetaEClass):
     """QoS policies of a topic."""
 
-    reliability: Reliability = Ecore.EAttribute(eType=Reliability, default_value=Reliability.reliable)
+    reliability: Choice[Reliability] = Ecore.EAttribute(eType=Reliability, default_value=Reliability.reliable)
     """Reliability."""
-    durability: Durability = Ecore.EAttribute(eType=Durability, default_value=Durability.volatile)
+    durability: Choice[Durability] = Ecore.EAttribute(eType=Durability, default_value=Durability.volatile)
     """Durability."""
     deadline: float | None = Ecore.EAttribute(eType=Ecore.EDoubleObject)
     """Longest time between two messages, in seconds; absent: any."""
     lifespan: float | None = Ecore.EAttribute(eType=Ecore.EDoubleObject)
     """How long a message is kept, in seconds; absent: forever."""
-    liveliness: Liveliness = Ecore.EAttribute(eType=Liveliness, default_value=Liveliness.automatic)
+    liveliness: Choice[Liveliness] = Ecore.EAttribute(eType=Liveliness, default_value=Liveliness.automatic)
     """Liveliness."""
     leaseDuration: float | None = Ecore.EAttribute(eType=Ecore.EDoubleObject)
     """Longest time between two signs of life, in seconds; absent: any."""
-
-    def __init__(
-        self,
-        *,
-        reliability: Reliability | str | None = None,
-        durability: Durability | str | None = None,
-        deadline: float | None = None,
-        lifespan: float | None = None,
-        liveliness: Liveliness | str | None = None,
-        leaseDuration: float | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
 
 
 @Ecore.abstract
 class TopicPort(EObject, metaclass=MetaEClass):
     """Where a topic meets a node net."""
 
-    place: pn.Place = reference("pn.Place", lower=1, required=True)
+    place: Mandatory[pn.Place] = reference("pn.Place", lower=1, required=True)
     """The place whose tokens are the messages."""
     limit: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=10)
     """Capacity of the port's queue, 1 or more."""
@@ -543,40 +429,16 @@ class TopicPort(EObject, metaclass=MetaEClass):
     latency: pn.TimeInterval | None = reference("pn.TimeInterval", containment=True)
     """How long messages of this port are on their way, in seconds; absent: as long as those of its channel."""
 
-    def __init__(
-        self,
-        *,
-        place: pn.Place | None = None,
-        limit: int | None = None,
-        qos: QualityOfService | None = None,
-        assumed: str | None = None,
-        latency: pn.TimeInterval | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
-
 
 class Dispatcher(EObject, metaclass=MetaEClass):
     """Dispatcher queue of a subscribing node net."""
 
     channel: TopicChannel | None = reference("TopicChannel", opposite="dispatchers")
     """The topic."""
-    node: NodeNet = reference("NodeNet", lower=1, required=True)
+    node: Mandatory[NodeNet] = reference("NodeNet", lower=1, required=True)
     """The subscribing node net."""
     limit: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=16)
     """Capacity, 1 or more."""
-
-    def __init__(
-        self,
-        *,
-        channel: TopicChannel | None = None,
-        node: NodeNet | None = None,
-        limit: int | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
 
 
 class ServerPort(EObject, metaclass=MetaEClass):
@@ -584,24 +446,12 @@ class ServerPort(EObject, metaclass=MetaEClass):
 
     channel: ServiceChannel | None = reference("ServiceChannel", opposite="server")
     """The service."""
-    entry: pn.Place = reference("pn.Place", lower=1, required=True)
+    entry: Mandatory[pn.Place] = reference("pn.Place", lower=1, required=True)
     """Receives requests."""
-    exit: pn.Place = reference("pn.Place", lower=1, required=True)
+    exit: Mandatory[pn.Place] = reference("pn.Place", lower=1, required=True)
     """Holds responses."""
-    page: pn.Page = reference("pn.Page", lower=1, required=True)
+    page: Mandatory[pn.Page] = reference("pn.Page", lower=1, required=True)
     """The server page: a prototype, replicated per instance."""
-
-    def __init__(
-        self,
-        *,
-        channel: ServiceChannel | None = None,
-        entry: pn.Place | None = None,
-        exit: pn.Place | None = None,
-        page: pn.Page | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
 
 
 class ClientPort(EObject, metaclass=MetaEClass):
@@ -611,9 +461,9 @@ class ClientPort(EObject, metaclass=MetaEClass):
     """The service."""
     client: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
     """Id of the client, unique in its service."""
-    request: pn.Place = reference("pn.Place", lower=1, required=True)
+    request: Mandatory[pn.Place] = reference("pn.Place", lower=1, required=True)
     """Holds requests."""
-    response: pn.Place = reference("pn.Place", lower=1, required=True)
+    response: Mandatory[pn.Place] = reference("pn.Place", lower=1, required=True)
     """Receives responses."""
     group: CallbackGroup | None = reference("CallbackGroup")
     """Callback group that takes its responses; absent: that of the node, which is exclusive."""
@@ -637,36 +487,17 @@ class ClientPort(EObject, metaclass=MetaEClass):
     group. Absent: nothing.
     """
 
-    def __init__(
-        self,
-        *,
-        channel: ServiceChannel | None = None,
-        client: str | None = None,
-        request: pn.Place | None = None,
-        response: pn.Place | None = None,
-        group: CallbackGroup | None = None,
-        outstanding: int | None = None,
-        timeout: float | None = None,
-        timedOut: pn.Place | None = None,
-        waitsForService: bool | None = None,
-        latency: pn.TimeInterval | None = None,
-        assumed: str | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
-
 
 class ActionServerPort(EObject, metaclass=MetaEClass):
     """The server of an action."""
 
     channel: ActionChannel | None = reference("ActionChannel")
     """The action."""
-    page: pn.Page = reference("pn.Page", lower=1, required=True)
+    page: Mandatory[pn.Page] = reference("pn.Page", lower=1, required=True)
     """What works on a goal: a prototype, replicated per slot. In its callback group, goals and requests to
     cancel are accepted or refused; what works on a goal is in none.
     """
-    entry: pn.Place = reference("pn.Place", lower=1, required=True)
+    entry: Mandatory[pn.Place] = reference("pn.Place", lower=1, required=True)
     """Receives goals that are accepted."""
     succeeded: pn.Place | None = reference("pn.Place")
     """Holds results of goals that succeed; absent: none does."""
@@ -685,23 +516,6 @@ class ActionServerPort(EObject, metaclass=MetaEClass):
     mayReject: bool = Ecore.EAttribute(eType=Ecore.EBoolean, default_value=False)
     """Whether the server may refuse a goal."""
 
-    def __init__(
-        self,
-        *,
-        channel: ActionChannel | None = None,
-        page: pn.Page | None = None,
-        entry: pn.Place | None = None,
-        succeeded: pn.Place | None = None,
-        aborted: pn.Place | None = None,
-        canceled: pn.Place | None = None,
-        cancel: pn.Place | None = None,
-        feedback: pn.Place | None = None,
-        mayReject: bool | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
-
 
 class ActionClientPort(EObject, metaclass=MetaEClass):
     """A client of an action."""
@@ -710,7 +524,7 @@ class ActionClientPort(EObject, metaclass=MetaEClass):
     """The action."""
     client: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
     """Id of the client, unique in its action."""
-    goal: pn.Place = reference("pn.Place", lower=1, required=True)
+    goal: Mandatory[pn.Place] = reference("pn.Place", lower=1, required=True)
     """Holds goals to be sent."""
     succeeded: pn.Place | None = reference("pn.Place")
     """Receives results of goals that succeeded; absent: no client fetches them."""
@@ -739,55 +553,16 @@ class ActionClientPort(EObject, metaclass=MetaEClass):
     group. Absent: nothing.
     """
 
-    def __init__(
-        self,
-        *,
-        channel: ActionChannel | None = None,
-        client: str | None = None,
-        goal: pn.Place | None = None,
-        succeeded: pn.Place | None = None,
-        aborted: pn.Place | None = None,
-        canceled: pn.Place | None = None,
-        accepted: pn.Place | None = None,
-        rejected: pn.Place | None = None,
-        cancel: pn.Place | None = None,
-        feedback: pn.Place | None = None,
-        group: CallbackGroup | None = None,
-        outstanding: int | None = None,
-        latency: pn.TimeInterval | None = None,
-        assumed: str | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
-
 
 class CallbackGroup(pn.Element):
     """A ROS callback group."""
 
-    kind: CallbackGroupKind = Ecore.EAttribute(
+    kind: Choice[CallbackGroupKind] = Ecore.EAttribute(
         eType=CallbackGroupKind, default_value=CallbackGroupKind.exclusive
     )
     """Which callbacks may run together."""
     priority: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=0)
     """Higher runs first."""
-
-    def __init__(
-        self,
-        *,
-        id: str | None = None,
-        name: str | None = None,
-        sourceLine: str | None = None,
-        graphics: pn.Graphics | None = None,
-        labels: Iterable[pn.Label] | None = None,
-        toolInfos: Iterable[pn.ToolInfo] | None = None,
-        suppressions: Iterable[pn.Suppression] | None = None,
-        kind: CallbackGroupKind | str | None = None,
-        priority: int | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
 
 
 class InputSignal(pn.Element):
@@ -804,26 +579,6 @@ class InputSignal(pn.Element):
     literals: ModelList[Literal] = reference("Literal", opposite="signal", upper=-1, transient=True)
     """Where clauses use it."""
 
-    def __init__(
-        self,
-        *,
-        id: str | None = None,
-        name: str | None = None,
-        sourceLine: str | None = None,
-        graphics: pn.Graphics | None = None,
-        labels: Iterable[pn.Label] | None = None,
-        toolInfos: Iterable[pn.ToolInfo] | None = None,
-        suppressions: Iterable[pn.Suppression] | None = None,
-        node: NodeNet | None = None,
-        initial: bool | None = None,
-        values: Iterable[SignalValue] | None = None,
-        start: str | None = None,
-        literals: Iterable[Literal] | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
-
 
 class TokenType(pn.Element):
     """What tokens of some places carry."""
@@ -832,23 +587,6 @@ class TokenType(pn.Element):
     """Its fields, in order."""
     ros: str | None = Ecore.EAttribute(eType=Ecore.EString)
     """Installed ROS message (package/msg/Name) whose fields its tokens have; absent: one is generated."""
-
-    def __init__(
-        self,
-        *,
-        id: str | None = None,
-        name: str | None = None,
-        sourceLine: str | None = None,
-        graphics: pn.Graphics | None = None,
-        labels: Iterable[pn.Label] | None = None,
-        toolInfos: Iterable[pn.ToolInfo] | None = None,
-        suppressions: Iterable[pn.Suppression] | None = None,
-        fields: Iterable[TokenField] | None = None,
-        ros: str | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
 
 
 @Ecore.abstract
@@ -872,47 +610,12 @@ class Channel(pn.Element):
     each response; absent: that of the model.
     """
 
-    def __init__(
-        self,
-        *,
-        id: str | None = None,
-        name: str | None = None,
-        sourceLine: str | None = None,
-        graphics: pn.Graphics | None = None,
-        labels: Iterable[pn.Label] | None = None,
-        toolInfos: Iterable[pn.ToolInfo] | None = None,
-        suppressions: Iterable[pn.Suppression] | None = None,
-        model: SystemModel | None = None,
-        canvas: pn.Page | None = None,
-        type: str | None = None,
-        mappings: Iterable[FieldMapping] | None = None,
-        assumed: str | None = None,
-        latency: pn.TimeInterval | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
-
 
 class PublisherPort(TopicPort):
     """Sends the tokens of its place."""
 
     channel: TopicChannel | None = reference("TopicChannel", opposite="publishers")
     """The topic."""
-
-    def __init__(
-        self,
-        *,
-        place: pn.Place | None = None,
-        limit: int | None = None,
-        qos: QualityOfService | None = None,
-        assumed: str | None = None,
-        latency: pn.TimeInterval | None = None,
-        channel: TopicChannel | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
 
 
 class SubscriberPort(TopicPort):
@@ -933,76 +636,25 @@ class SubscriberPort(TopicPort):
     once until the next message; absent: nothing does.
     """
 
-    def __init__(
-        self,
-        *,
-        place: pn.Place | None = None,
-        limit: int | None = None,
-        qos: QualityOfService | None = None,
-        assumed: str | None = None,
-        latency: pn.TimeInterval | None = None,
-        channel: TopicChannel | None = None,
-        inHand: int | None = None,
-        newestOnly: bool | None = None,
-        missed: pn.Place | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
-
 
 class Property(pn.Element):
     """What is asked of a model, and what is expected."""
 
     text: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
     """The pattern or the formula."""
-    language: PropertyLanguage = Ecore.EAttribute(
+    language: Choice[PropertyLanguage] = Ecore.EAttribute(
         eType=PropertyLanguage, default_value=PropertyLanguage.words
     )
     """What the text is written in."""
-    signals: SignalVariant = Ecore.EAttribute(eType=SignalVariant, default_value=SignalVariant.none)
+    signals: Choice[SignalVariant] = Ecore.EAttribute(eType=SignalVariant, default_value=SignalVariant.none)
     """What of the signals is in the net that is asked."""
     expected: bool = Ecore.EAttribute(eType=Ecore.EBoolean, default_value=True)
     """Whether it is to hold."""
-
-    def __init__(
-        self,
-        *,
-        id: str | None = None,
-        name: str | None = None,
-        sourceLine: str | None = None,
-        graphics: pn.Graphics | None = None,
-        labels: Iterable[pn.Label] | None = None,
-        toolInfos: Iterable[pn.ToolInfo] | None = None,
-        suppressions: Iterable[pn.Suppression] | None = None,
-        text: str | None = None,
-        language: PropertyLanguage | str | None = None,
-        signals: SignalVariant | str | None = None,
-        expected: bool | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
 
 
 @Ecore.abstract
 class Assumption(pn.Element):
     """What all properties of a model may rely on."""
-
-    def __init__(
-        self,
-        *,
-        id: str | None = None,
-        name: str | None = None,
-        sourceLine: str | None = None,
-        graphics: pn.Graphics | None = None,
-        labels: Iterable[pn.Label] | None = None,
-        toolInfos: Iterable[pn.ToolInfo] | None = None,
-        suppressions: Iterable[pn.Suppression] | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
 
 
 class SystemModel(pn.Net):
@@ -1014,7 +666,7 @@ class SystemModel(pn.Net):
     """Further token types, which places name."""
     channels: ModelList[Channel] = reference("Channel", containment=True, upper=-1)
     """Topics, services and actions, in order."""
-    middleware: Middleware = Ecore.EAttribute(eType=Middleware, default_value=Middleware.ros1)
+    middleware: Choice[Middleware] = Ecore.EAttribute(eType=Middleware, default_value=Middleware.ros1)
     """The rules that flatten it."""
     properties: ModelList[Property] = reference("Property", containment=True, upper=-1)
     """What is asked of it, in order."""
@@ -1026,30 +678,6 @@ class SystemModel(pn.Net):
     """
     times: DefaultTimes | None = reference("DefaultTimes", containment=True)
     """Times of what gives none of its own, in seconds; absent: any times."""
-
-    def __init__(
-        self,
-        *,
-        id: str | None = None,
-        name: str | None = None,
-        sourceLine: str | None = None,
-        graphics: pn.Graphics | None = None,
-        labels: Iterable[pn.Label] | None = None,
-        toolInfos: Iterable[pn.ToolInfo] | None = None,
-        suppressions: Iterable[pn.Suppression] | None = None,
-        pages: Iterable[pn.Page] | None = None,
-        tokenType: TokenType | None = None,
-        otherTokenTypes: Iterable[TokenType] | None = None,
-        channels: Iterable[Channel] | None = None,
-        middleware: Middleware | str | None = None,
-        properties: Iterable[Property] | None = None,
-        assumptions: Iterable[Assumption] | None = None,
-        finalCondition: str | None = None,
-        times: DefaultTimes | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
 
 
 class TopicChannel(Channel):
@@ -1066,39 +694,13 @@ class TopicChannel(Channel):
     dispatchers: ModelList[Dispatcher] = reference("Dispatcher", containment=True, upper=-1)
     """Limits of the dispatcher queues that differ from 16."""
 
-    def __init__(
-        self,
-        *,
-        id: str | None = None,
-        name: str | None = None,
-        sourceLine: str | None = None,
-        graphics: pn.Graphics | None = None,
-        labels: Iterable[pn.Label] | None = None,
-        toolInfos: Iterable[pn.ToolInfo] | None = None,
-        suppressions: Iterable[pn.Suppression] | None = None,
-        model: SystemModel | None = None,
-        canvas: pn.Page | None = None,
-        type: str | None = None,
-        mappings: Iterable[FieldMapping] | None = None,
-        assumed: str | None = None,
-        latency: pn.TimeInterval | None = None,
-        topic: str | None = None,
-        qos: QualityOfService | None = None,
-        publishers: Iterable[PublisherPort] | None = None,
-        subscribers: Iterable[SubscriberPort] | None = None,
-        dispatchers: Iterable[Dispatcher] | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
-
 
 class ServiceChannel(Channel):
     """Carries requests of clients to server instances and the responses back (paper, Sect. 5.3.2)."""
 
     service: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
     """Service name; one channel per name."""
-    server: ServerPort = reference("ServerPort", containment=True, lower=1, required=True)
+    server: Mandatory[ServerPort] = reference("ServerPort", containment=True, lower=1, required=True)
     """The server."""
     clients: ModelList[ClientPort] = reference("ClientPort", containment=True, upper=-1)
     """The clients, in order."""
@@ -1106,32 +708,6 @@ class ServiceChannel(Channel):
     """Number of server instances; absent: the number of clients."""
     depth: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=10)
     """Requests that wait for the server before one is lost, 1 or more."""
-
-    def __init__(
-        self,
-        *,
-        id: str | None = None,
-        name: str | None = None,
-        sourceLine: str | None = None,
-        graphics: pn.Graphics | None = None,
-        labels: Iterable[pn.Label] | None = None,
-        toolInfos: Iterable[pn.ToolInfo] | None = None,
-        suppressions: Iterable[pn.Suppression] | None = None,
-        model: SystemModel | None = None,
-        canvas: pn.Page | None = None,
-        type: str | None = None,
-        mappings: Iterable[FieldMapping] | None = None,
-        assumed: str | None = None,
-        latency: pn.TimeInterval | None = None,
-        service: str | None = None,
-        server: ServerPort | None = None,
-        clients: Iterable[ClientPort] | None = None,
-        instances: int | None = None,
-        depth: int | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
 
 
 class ActionChannel(Channel):
@@ -1141,7 +717,7 @@ class ActionChannel(Channel):
 
     action: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
     """Action name."""
-    server: ActionServerPort = reference(
+    server: Mandatory[ActionServerPort] = reference(
         "ActionServerPort", opposite="channel", containment=True, lower=1, required=True
     )
     """The server."""
@@ -1154,32 +730,6 @@ class ActionChannel(Channel):
     depth: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=10)
     """QoS depth of the feedback."""
 
-    def __init__(
-        self,
-        *,
-        id: str | None = None,
-        name: str | None = None,
-        sourceLine: str | None = None,
-        graphics: pn.Graphics | None = None,
-        labels: Iterable[pn.Label] | None = None,
-        toolInfos: Iterable[pn.ToolInfo] | None = None,
-        suppressions: Iterable[pn.Suppression] | None = None,
-        model: SystemModel | None = None,
-        canvas: pn.Page | None = None,
-        type: str | None = None,
-        mappings: Iterable[FieldMapping] | None = None,
-        assumed: str | None = None,
-        latency: pn.TimeInterval | None = None,
-        action: str | None = None,
-        server: ActionServerPort | None = None,
-        clients: Iterable[ActionClientPort] | None = None,
-        instances: int | None = None,
-        depth: int | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
-
 
 class Fairness(Assumption):
     """No run neglects these transitions forever."""
@@ -1189,45 +739,12 @@ class Fairness(Assumption):
     strong: bool = Ecore.EAttribute(eType=Ecore.EBoolean, default_value=False)
     """Whether those that are enabled again and again must fire, not only those enabled all the time."""
 
-    def __init__(
-        self,
-        *,
-        id: str | None = None,
-        name: str | None = None,
-        sourceLine: str | None = None,
-        graphics: pn.Graphics | None = None,
-        labels: Iterable[pn.Label] | None = None,
-        toolInfos: Iterable[pn.ToolInfo] | None = None,
-        suppressions: Iterable[pn.Suppression] | None = None,
-        of: str | None = None,
-        strong: bool | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
-
 
 class ExclusiveSignals(Assumption):
     """These signals are never true together."""
 
     signals: ModelList[InputSignal] = reference("InputSignal", upper=-1)
     """The signals, two or more."""
-
-    def __init__(
-        self,
-        *,
-        id: str | None = None,
-        name: str | None = None,
-        sourceLine: str | None = None,
-        graphics: pn.Graphics | None = None,
-        labels: Iterable[pn.Label] | None = None,
-        toolInfos: Iterable[pn.ToolInfo] | None = None,
-        suppressions: Iterable[pn.Suppression] | None = None,
-        signals: Iterable[InputSignal] | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
 
 
 class SourceAssumption(Assumption):
@@ -1238,22 +755,6 @@ class SourceAssumption(Assumption):
     text: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
     """What is lacking or presumed, with its place in the code."""
 
-    def __init__(
-        self,
-        *,
-        id: str | None = None,
-        name: str | None = None,
-        sourceLine: str | None = None,
-        graphics: pn.Graphics | None = None,
-        labels: Iterable[pn.Label] | None = None,
-        toolInfos: Iterable[pn.ToolInfo] | None = None,
-        suppressions: Iterable[pn.Suppression] | None = None,
-        text: str | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
-
 
 class NodeNet(pn.Page):
     """A page that is exactly one ROS node (paper, Sect. 5.1)."""
@@ -1262,7 +763,7 @@ class NodeNet(pn.Page):
     """ROS package of the node; by default its name."""
     namespace: str | None = Ecore.EAttribute(eType=Ecore.EString)
     """ROS namespace of the node."""
-    executor: Executor = Ecore.EAttribute(eType=Executor, default_value=Executor.single)
+    executor: Choice[Executor] = Ecore.EAttribute(eType=Executor, default_value=Executor.single)
     """Executor of the node."""
     threads: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=1)
     """Threads of a multi-threaded executor, 1 or more."""
@@ -1270,7 +771,7 @@ class NodeNet(pn.Page):
     """Input signals of the node."""
     callbackGroups: ModelList[CallbackGroup] = reference("CallbackGroup", containment=True, upper=-1)
     """Callback groups of the node."""
-    execution: Execution = Ecore.EAttribute(eType=Execution, default_value=Execution.net)
+    execution: Choice[Execution] = Ecore.EAttribute(eType=Execution, default_value=Execution.net)
     """What its callbacks wait for."""
     lifecycle: Lifecycle | None = reference("Lifecycle", containment=True)
     """How the node comes up, where it is a managed node; absent: it is there from the start."""
@@ -1283,44 +784,14 @@ class NodeNet(pn.Page):
     """How long an engine of the execution net takes, in seconds, to fire what is enabled and has no
     interval; absent: that of the model.
     """
-    order: CallbackOrder = Ecore.EAttribute(eType=CallbackOrder, default_value=CallbackOrder.any)
+    order: Choice[CallbackOrder] = Ecore.EAttribute(eType=CallbackOrder, default_value=CallbackOrder.any)
     """Which callback that is ready the executor takes, with the execution callbacks."""
-
-    def __init__(
-        self,
-        *,
-        id: str | None = None,
-        name: str | None = None,
-        sourceLine: str | None = None,
-        graphics: pn.Graphics | None = None,
-        labels: Iterable[pn.Label] | None = None,
-        toolInfos: Iterable[pn.ToolInfo] | None = None,
-        suppressions: Iterable[pn.Suppression] | None = None,
-        page: pn.Page | None = None,
-        net: pn.Net | None = None,
-        objects: Iterable[pn.PageObject] | None = None,
-        arcs: Iterable[pn.Arc] | None = None,
-        package: str | None = None,
-        namespace: str | None = None,
-        executor: Executor | str | None = None,
-        threads: int | None = None,
-        signals: Iterable[InputSignal] | None = None,
-        callbackGroups: Iterable[CallbackGroup] | None = None,
-        execution: Execution | str | None = None,
-        lifecycle: Lifecycle | None = None,
-        assumed: str | None = None,
-        reaction: pn.TimeInterval | None = None,
-        order: CallbackOrder | str | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
 
 
 class CallbackPage(pn.Page):
     """A page that models one ROS callback."""
 
-    kind: CallbackKind = Ecore.EAttribute(eType=CallbackKind, default_value=CallbackKind.subscriber)
+    kind: Choice[CallbackKind] = Ecore.EAttribute(eType=CallbackKind, default_value=CallbackKind.subscriber)
     """What calls it."""
     group: CallbackGroup | None = reference("CallbackGroup")
     """Its callback group; absent: that of the node, which is exclusive. A client callback that names none is
@@ -1347,73 +818,24 @@ class CallbackPage(pn.Page):
     jitter: float | None = Ecore.EAttribute(eType=Ecore.EDoubleObject)
     """Of a timer: how late, in seconds, a single strike may be; later strikes do not shift. Absent: 0."""
 
-    def __init__(
-        self,
-        *,
-        id: str | None = None,
-        name: str | None = None,
-        sourceLine: str | None = None,
-        graphics: pn.Graphics | None = None,
-        labels: Iterable[pn.Label] | None = None,
-        toolInfos: Iterable[pn.ToolInfo] | None = None,
-        suppressions: Iterable[pn.Suppression] | None = None,
-        page: pn.Page | None = None,
-        net: pn.Net | None = None,
-        objects: Iterable[pn.PageObject] | None = None,
-        arcs: Iterable[pn.Arc] | None = None,
-        kind: CallbackKind | str | None = None,
-        group: CallbackGroup | None = None,
-        timer: float | None = None,
-        priority: int | None = None,
-        awaits: bool | None = None,
-        assumed: str | None = None,
-        duration: pn.TimeInterval | None = None,
-        offset: pn.TimeInterval | None = None,
-        jitter: float | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
-
 
 class Place(pn.Place):
     """A place whose tokens carry data."""
 
     balloons: ModelList[BalloonToken] = reference("BalloonToken", containment=True, upper=-1)
     """Data of the first initial tokens; the others carry the defaults."""
-    kind: PlaceKind = Ecore.EAttribute(eType=PlaceKind, default_value=PlaceKind.ordinary)
+    kind: Choice[PlaceKind] = Ecore.EAttribute(eType=PlaceKind, default_value=PlaceKind.ordinary)
     """Role in the workflow."""
     tokenType: TokenType | None = reference("TokenType")
     """What its tokens carry; absent: the model's first token type."""
-
-    def __init__(
-        self,
-        *,
-        id: str | None = None,
-        name: str | None = None,
-        sourceLine: str | None = None,
-        graphics: pn.Graphics | None = None,
-        labels: Iterable[pn.Label] | None = None,
-        toolInfos: Iterable[pn.ToolInfo] | None = None,
-        suppressions: Iterable[pn.Suppression] | None = None,
-        page: pn.Page | None = None,
-        outgoing: Iterable[pn.Arc] | None = None,
-        incoming: Iterable[pn.Arc] | None = None,
-        tokens: int | None = None,
-        capacity: int | None = None,
-        balloons: Iterable[BalloonToken] | None = None,
-        kind: PlaceKind | str | None = None,
-        tokenType: TokenType | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
 
 
 class Transition(pn.Transition):
     """A transition that may depend on input signals."""
 
-    kind: TransitionKind = Ecore.EAttribute(eType=TransitionKind, default_value=TransitionKind.discrete)
+    kind: Choice[TransitionKind] = Ecore.EAttribute(
+        eType=TransitionKind, default_value=TransitionKind.discrete
+    )
     """Role in the workflow."""
     clause: InputClause | None = reference("InputClause", containment=True)
     """It may fire only while this holds."""
@@ -1427,31 +849,6 @@ class Transition(pn.Transition):
     """Fields of the tokens that it puts: Answer.success := true, Log.mode := Entry.mode. Others may have any
     value.
     """
-
-    def __init__(
-        self,
-        *,
-        id: str | None = None,
-        name: str | None = None,
-        sourceLine: str | None = None,
-        graphics: pn.Graphics | None = None,
-        labels: Iterable[pn.Label] | None = None,
-        toolInfos: Iterable[pn.ToolInfo] | None = None,
-        suppressions: Iterable[pn.Suppression] | None = None,
-        page: pn.Page | None = None,
-        outgoing: Iterable[pn.Arc] | None = None,
-        incoming: Iterable[pn.Arc] | None = None,
-        interval: pn.TimeInterval | None = None,
-        overrides: Iterable[pn.Transition] | None = None,
-        kind: TransitionKind | str | None = None,
-        clause: InputClause | None = None,
-        duration: pn.TimeInterval | None = None,
-        guard: str | None = None,
-        assigns: str | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
 
 
 complete(sys.modules[__name__])

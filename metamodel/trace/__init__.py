@@ -6,13 +6,12 @@ Generated from `trace.ecore` by `make regenerate`; edits are lost.
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable
 from functools import partial
-from typing import Any, Never
+from typing import Any
 
 import pyecore.ecore as Ecore
 
-from dineros.metamodel.base import EObject, MetaEClass, ModelList, complete, initialise, reference
+from dineros.metamodel.base import EObject, Mandatory, MetaEClass, ModelList, complete, reference
 
 name = "trace"
 nsURI = "http://dineros.org/trace/1.0"
@@ -40,17 +39,6 @@ class TraceModel(EObject, metaclass=MetaEClass):
     links: ModelList[TraceLink] = reference("TraceLink", containment=True, upper=-1)
     """The links, in the order they were made."""
 
-    def __init__(
-        self,
-        *,
-        source: str | None = None,
-        target: str | None = None,
-        links: Iterable[TraceLink] | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
-
 
 class TraceLink(EObject, metaclass=MetaEClass):
     """One created element."""
@@ -67,23 +55,8 @@ class TraceLink(EObject, metaclass=MetaEClass):
     """Number of the server instance whose call it belongs to, from 1, where the client is on a server page."""
     sources: ModelList[EObject] = reference("EObject", upper=-1)
     """Elements the rule matched."""
-    target: EObject = reference("EObject", lower=1, required=True)
+    target: Mandatory[EObject] = reference("EObject", lower=1, required=True)
     """The element it made."""
-
-    def __init__(
-        self,
-        *,
-        rule: str | None = None,
-        role: str | None = None,
-        application: int | None = None,
-        index: int | None = None,
-        clientIndex: int | None = None,
-        sources: Iterable[EObject] | None = None,
-        target: EObject | None = None,
-        **unknown: Never,
-    ) -> None:
-        super(EObject, self).__init__()
-        initialise(locals())
 
 
 complete(sys.modules[__name__])

@@ -83,10 +83,10 @@ class NodeBuilder(Abilities):
                     f"node {self._node.name} stands for several, whose callbacks rclpy takes node by node",
                     hint="omit its order: then all orders are explored",
                 )
-            self._net.order = self._said.order  # type: ignore[assignment]
+            self._net.order = self._said.order
         threads = self._said.threads
         if threads is not None:
-            self._net.executor, self._net.threads = ("multi" if threads > 1 else "single"), threads  # type: ignore[assignment]
+            self._net.executor, self._net.threads = ("multi" if threads > 1 else "single"), threads
             if self._said.open_threads is not None:
                 words = f"runs its callbacks on {counted(threads, 'thread')}"
                 self._assume(self._net, "executor", "threads", str(threads), words)

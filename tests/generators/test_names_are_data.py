@@ -82,7 +82,7 @@ def rich() -> sym.SystemModel:
     model.assumptions.append(sym.ExclusiveSignals(id="Apart", signals=signals))
     values = [sym.SignalValue(name=name) for name in ("idle", "busy")]
     find(model, "board", sym.NodeNet).signals.append(sym.InputSignal(id="Mode", start="idle", values=values))
-    model.middleware = "ros2"  # type: ignore[assignment]
+    model.middleware = "ros2"
     outside = deliveries()
     model.pages.extend(list(outside.pages))
     model.channels.extend(list(outside.channels))

@@ -191,8 +191,8 @@ def test_threads_and_locks_count(counts: str) -> None:
     model = deliveries(cancels=0)
     for id in ("robot", "office0"):
         net = find(model, id, sym.NodeNet)
-        net.execution = "callbacks"  # type: ignore[assignment]
-        net.executor, net.threads = "multi", 1 if counts == "threads" else 2  # type: ignore[assignment]
+        net.execution = "callbacks"
+        net.executor, net.threads = "multi", 1 if counts == "threads" else 2
         timer = sym.CallbackPage(id=f"Timer.{id}", kind="timer", timer=1.0, page=net)
         between = sym.Place(id=f"Between.{id}", page=timer)
         flow(

@@ -37,7 +37,7 @@ def periodic(depth: int) -> sym.SystemModel:
 
 def case_study(objects: tuple[int, int, int], best_effort: bool = False) -> sym.SystemModel:
     model = build()
-    model.middleware = "ros2"  # type: ignore[assignment]
+    model.middleware = "ros2"
     for colour, tokens in zip(("Red", "Blue", "Green"), objects, strict=True):
         find(model, f"{colour}Objects", pn.Place).tokens = tokens
     if best_effort:

@@ -106,7 +106,7 @@ def test_a_node_that_hears_itself() -> None:
 
 def test_ros1_has_no_managed_nodes() -> None:
     plain, managed = talk(), talk(sym.Lifecycle(), sym.Lifecycle())
-    plain.middleware = managed.middleware = "ros1"  # type: ignore[assignment]
+    plain.middleware = managed.middleware = "ros1"
     assert plain_net_of(flatten(plain, "none").net) == plain_net_of(flatten(managed, "none").net)
 
 

@@ -57,15 +57,15 @@ def test_nothing_is_added_where_nothing_can_be_lost() -> None:
     kept, limited = (flatten(oven(3, depth), "none").net for depth in (3, 10))
     assert plain_net_of(kept) == plain_net_of(limited)
     model = oven(3, 3)
-    model.middleware = "ros1"  # type: ignore[assignment]
+    model.middleware = "ros1"
     assert plain_net_of(kept) == plain_net_of(flatten(model, "none").net)
 
 
 def test_the_rules_of_ros1_know_nothing_of_it() -> None:
     plain = oven(3, 10)
-    plain.middleware = "ros1"  # type: ignore[assignment]
+    plain.middleware = "ros1"
     model = oven(3, 1, timeout=0.5)
-    model.middleware = "ros1"  # type: ignore[assignment]
+    model.middleware = "ros1"
     for client in model.channels[0].clients:  # type: ignore[attr-defined]
         client.outstanding = 4
     assert plain_net_of(flatten(model, "none").net) == plain_net_of(flatten(plain, "none").net)
@@ -192,7 +192,7 @@ def _pile(depth: int, **more: object) -> sym.SystemModel:
     """Return a timer that sends to a service and does not wait, as `call_async` of rclpy."""
     model = sym.SystemModel(id="pile", middleware="ros2")
     mover, user = (node_net(model, id) for id in ("mover", "user"))
-    mover.execution = user.execution = "callbacks"  # type: ignore[assignment]
+    mover.execution = user.execution = "callbacks"
     serve, tick, answer = (
         callback(mover, "OnMove", "server"),
         callback(user, "OnTick", "timer", timer=0.02),

@@ -86,7 +86,7 @@ def test_unknown_features_are_refused_with_near_matches() -> None:
     with pytest.raises(UnknownFeatureError, match=r"Place has no feature 'tokns' .did you mean 'tokens'"):
         place.tokns = 3  # type: ignore[attr-defined]
     with pytest.raises(UnknownFeatureError, match="did you mean 'tokens'"):
-        sym.Place(id="p", tokns=3)  # type: ignore[arg-type]
+        sym.Place(id="p", tokns=3)  # type: ignore[call-arg]
     assert "tokns" not in vars(place)
 
 
@@ -105,7 +105,7 @@ def test_enumerations_may_be_given_by_name() -> None:
     with pytest.raises(
         FeatureValueError, match=r"kind must be one of normal, inhibitor, read, not 'inhibiter'"
     ):
-        arc.kind = "inhibiter"  # type: ignore[assignment]
+        arc.kind = "inhibiter"
 
 
 def test_whole_numbers_are_numbers() -> None:

@@ -35,7 +35,7 @@ def whole_models(draw: st.DrawFn) -> sym.SystemModel:
             if client.timeout is not None:
                 client.timeout = draw(st.sampled_from([0.001, 0.003, 0.02, 0.5]))
     if draw(st.integers(0, 9)) == 0:
-        model.middleware = "ros1"  # type: ignore[assignment]  # which then meets what only ROS 2 knows
+        model.middleware = "ros1"  # which then meets what only ROS 2 knows
     return model
 
 

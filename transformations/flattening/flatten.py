@@ -178,7 +178,7 @@ def _instantiate(
     for page in prototypes:
         for part in page.eAllContents():
             if isinstance(part, sym.Literal):
-                part.signal = None  # type: ignore[assignment]  # else the signal counts as used where there are no instances
+                part.signal = None  # else the signal counts as used where there are no instances
     return prototypes
 
 

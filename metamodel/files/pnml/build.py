@@ -192,7 +192,7 @@ class Builder:
         page, source, target = (self._models[id] for id in (record.page.id, record.source, record.target))
         assert isinstance(page, pn.Page) and isinstance(source, pn.Node) and isinstance(target, pn.Node)
         arc.page, arc.source, arc.target = page, source, target
-        arc.kind, arc.weight = record.kind, record.weight  # type: ignore[assignment]
+        arc.kind, arc.weight = record.kind, record.weight
         self._finish(record, arc, "arc")
 
 

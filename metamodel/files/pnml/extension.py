@@ -61,7 +61,7 @@ class ExtensionReader:
                 hint = f"types are {', '.join(PLACE_TYPES)}"
                 where = extension.fields["type"]
                 raise self._source.error(f"{kind!r} is not a type of a place", where, id=place.id, hint=hint)
-            place.kind = PLACE_TYPES[kind]  # type: ignore[assignment]
+            place.kind = PLACE_TYPES[kind]
         marking = extension.fields.get("balloonMarking")
         if marking is None:
             return
@@ -77,7 +77,7 @@ class ExtensionReader:
 
     def _transition(self, transition: sym.Transition, extension: Extension) -> None:
         if (kind := extension.text("type")) is not None:
-            transition.kind = TRANSITION_TYPES[kind]  # type: ignore[assignment]
+            transition.kind = TRANSITION_TYPES[kind]
         if (time := extension.fields.get("time")) is not None:
             transition.interval = self._interval(time)
         if extension.text("inputsignalclause") is not None:
@@ -99,13 +99,13 @@ class ExtensionReader:
                 raise self._source.error(
                     f"the executor is single or multi, not {executor!r}", where, id=page.id
                 )
-            page.executor = executor.lower()  # type: ignore[assignment]
+            page.executor = executor.lower()
         if (threads := extension.text("threads")) is not None:
             page.threads = self._source.integer(threads, extension.fields["threads"], "the number of threads")
 
     def _callback_page(self, page: sym.CallbackPage, extension: Extension) -> None:
         if (kind := extension.text("type")) is not None:
-            page.kind = CALLBACK_TYPES[kind]  # type: ignore[assignment]
+            page.kind = CALLBACK_TYPES[kind]
         if (timer := extension.text("timer")) is not None:
             page.timer = self._source.number(timer, extension.fields["timer"], "the timer")
         if (priority := extension.text("priority")) is not None:

@@ -106,7 +106,7 @@ class _Groups:
             if not plain.startswith(("exclusive", "reentrant")):
                 hint = "kinds are exclusive and reentrant"
                 raise self._source.error(f"{kind!r} is not a kind of callback group", xml, id=name, hint=hint)
-            group.kind = "exclusive" if plain.startswith("exclusive") else "reentrant"  # type: ignore[assignment]
+            group.kind = "exclusive" if plain.startswith("exclusive") else "reentrant"
         if (priority := item_text(xml, "priority")) is not None:
             group.priority = self._source.integer(priority, xml, "the priority")
         if (graphics := child(xml, "graphics")) is not None:

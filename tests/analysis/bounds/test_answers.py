@@ -82,7 +82,7 @@ def test_the_published_system_has_the_bound_that_is_attained(order: str) -> None
         _system([_row(name, "n", work, tells, **more) for name, work, tells, more in rows]), 0.001
     )
     for node in node_nets(model):
-        node.order = order  # type: ignore[assignment]
+        node.order = order
     found = Bounds(model).between(end_of(model, "sensor1"), end_of(model, "actuator"))
     assert found.reaction is not None and found.reaction.value == Fraction(540, 1000)
     assert found.reaction == found.age and found.is_lost is False
@@ -272,7 +272,7 @@ def test_guards_that_choose_between_branches_keep_no_run_back(
     model = with_guard(is_always_possible=True)
     assert model.tokenType is not None
     (wide,) = model.tokenType.fields
-    wide.kind, wide.values = kind, values  # type: ignore[assignment]
+    wide.kind, wide.values = kind, values
     for name, guard in zip(("log.do", "log.else"), guards, strict=True):
         each = find(model, name)
         assert isinstance(each, sym.Transition)

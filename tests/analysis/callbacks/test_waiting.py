@@ -247,7 +247,7 @@ def test_a_callback_ends_that_publishes_after_its_node_was_shut_down() -> None:
     camera.callbackGroups.append(page.group)
     runs, image = place(page, "Runs"), place(camera, "Image")
     begin, publish = step(page, "Begin", [], [runs]), step(page, "Publish", [runs], [image])
-    begin.kind, publish.kind = "start", "end"  # type: ignore[assignment]
+    begin.kind, publish.kind = "start", "end"
     model.channels.append(
         sym.TopicChannel(id="Images", topic="/image", publishers=[sym.PublisherPort(place=image)])
     )

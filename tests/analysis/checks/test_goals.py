@@ -108,8 +108,8 @@ def callbacks(threads: int, awaits: bool) -> sym.SystemModel:
     """Return the deliveries of one office by a robot that runs callbacks."""
     model = deliveries()
     robot = find(model, "robot", sym.NodeNet)
-    robot.execution = "callbacks"  # type: ignore[assignment]
-    robot.executor, robot.threads = "multi", threads  # type: ignore[assignment]
+    robot.execution = "callbacks"
+    robot.executor, robot.threads = "multi", threads
     find(model, "Deliver", sym.CallbackPage).awaits = awaits
     return model
 
@@ -212,7 +212,7 @@ def test_a_result_that_the_client_cannot_take() -> None:
     """Its timer's callback waits for the result, in the callback group that has to take it."""
     model = deliveries(cancels=0, rejects=False)
     office = find(model, "office0", sym.NodeNet)
-    office.execution = "callbacks"  # type: ignore[assignment]
+    office.execution = "callbacks"
     page = sym.CallbackPage(id="OnTimer", kind="timer", timer=1.0, page=office)
     goal, done = sym.Place(id="Goal", page=page), sym.Place(id="Done", page=page)
     flow(sym.Transition(id="Begin", page=page), goal)
@@ -221,7 +221,7 @@ def test_a_result_that_the_client_cannot_take() -> None:
     client.goal, client.succeeded, client.aborted, client.rejected = goal, done, done, None
     found = of_rule(asked(model), "result-not-fetched")
     assert [finding.message.rpartition(" ")[2] for finding in found] == ["succeeded", "aborted"]
-    office.executor, office.threads = "multi", 2  # type: ignore[assignment]
+    office.executor, office.threads = "multi", 2
     assert of_rule(asked(model), "result-not-fetched"), "the callback has the group, whatever thread is free"
     office.callbackGroups.append(sym.CallbackGroup(id="own"))
     client.group = office.callbackGroups[0]
@@ -235,7 +235,7 @@ def test_a_client_that_is_shut_down_fetches_no_result(blocks: bool) -> None:
     office = find(model, "office0", sym.NodeNet)
     office.lifecycle = sym.Lifecycle(shutsDown=True)
     if blocks:
-        office.execution = "callbacks"  # type: ignore[assignment]
+        office.execution = "callbacks"
         page = sym.CallbackPage(id="OnTimer", kind="timer", timer=1.0, page=office)
         goal, done = place(page, "Goal"), place(page, "Done")
         step(page, "Begin", [], [goal])
@@ -250,7 +250,7 @@ def test_work_on_a_goal_that_waits_for_its_own_thread() -> None:
     """What works on a goal calls a service of its node, whose only thread it has."""
     model = deliveries(cancels=0)
     robot = find(model, "robot", sym.NodeNet)
-    robot.execution = "callbacks"  # type: ignore[assignment]
+    robot.execution = "callbacks"
     page = find(model, "Deliver", sym.CallbackPage)
     ask, got = sym.Place(id="Ask", page=page), sym.Place(id="Got", page=page)
     flow(find(model, "Driving", pn.Place), sym.Transition(id="Call", page=page), ask)
@@ -451,7 +451,7 @@ def hasty_at_a_robot(awaits: bool, threads: int = 1) -> sym.SystemModel:
     """Return the same with a robot that runs callbacks."""
     model, _ = hasty()
     robot, page = find(model, "robot", sym.NodeNet), find(model, "Deliver", sym.CallbackPage)
-    robot.execution, robot.executor = "callbacks", "multi"  # type: ignore[assignment]
+    robot.execution, robot.executor = "callbacks", "multi"
     robot.threads, page.awaits = threads, awaits
     return model
 

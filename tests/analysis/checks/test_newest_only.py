@@ -14,7 +14,7 @@ from tests.support.systems.talker import talker
 def news(middleware: str = "ros2", newest: bool = True) -> sym.SystemModel:
     """Return a model whose three words go through histories of one message."""
     model = talker()
-    model.middleware = middleware  # type: ignore[assignment]
+    model.middleware = middleware
     (channel,) = model.channels
     assert isinstance(channel, sym.TopicChannel)
     channel.publishers[0].limit = channel.subscribers[0].limit = 1

@@ -190,7 +190,7 @@ def test_a_run_of_a_client_that_does_not_wait_conforms() -> None:
     """It has several requests under way, which its node's net does not hold up."""
     model = sym.SystemModel(id="pile", middleware="ros2")
     mover, user = (node_net(model, id) for id in ("mover", "user"))
-    mover.execution = user.execution = "callbacks"  # type: ignore[assignment]
+    mover.execution = user.execution = "callbacks"
     serve, answer = callback(mover, "OnMove", "server"), callback(user, "OnAnswer", "client")
     ends = [place(serve, "In"), place(serve, "Out"), place(user, "Request"), place(answer, "Response")]
     step(serve, "Move", [ends[0]], [ends[1]])

@@ -79,7 +79,7 @@ def test_the_depth_of_a_service_counts_in_one_executor(depth: int, severity: str
         page = callback(both, name, "timer", 0.1)
         asks, has = place(page, f"{name}Asks"), place(page, f"{name}Has")
         begin, end = step(page, f"{name}Begins", [], [asks]), step(page, f"{name}Ends", [has], [])
-        begin.kind, end.kind = "start", "end"  # type: ignore[assignment]
+        begin.kind, end.kind = "start", "end"
         clients.append(sym.ClientPort(client=name, request=asks, response=has))
     server = sym.ServerPort(entry=entry, exit=exit_, page=serves)
     channel = sym.ServiceChannel(id="Reset", service="/reset", server=server, clients=clients, depth=depth)

@@ -86,7 +86,7 @@ def test_a_published_system_reacts_as_its_authors_saw(order: str) -> None:
     system = {"nodes": {"n": {"threads": 1}}, "latency": topics, "chains": [], "callbacks": callbacks}
     model = model_of(system, 0.001)
     for node in node_nets(model):
-        node.order = order  # type: ignore[assignment]
+        node.order = order
     found = asked(model).between(end_of(model, "sensor1"), end_of(model, "actuator"))
     assert found.reaction is not None and found.reaction.value == Fraction(540, 1000)
 

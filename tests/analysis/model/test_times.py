@@ -55,7 +55,7 @@ def test_declared_times_of_a_model_of_ros2_count() -> None:
         str(said) == "the times that the model declares are ignored"
         " (2, such as duration of OnTimer [0.01,0.02]; --time takes them into account)"
     )
-    model.middleware = "ros1"  # type: ignore[assignment]
+    model.middleware = "ros1"
     assert left_out_times(model) is None
 
 

@@ -20,7 +20,7 @@ ASSUMES = "action /deliver works on at most 2 goals at once"
 def file(tmp_path: Path) -> Path:
     path = tmp_path / "hasty.sym.xmi"
     model, _ = hasty()
-    find(model, "robot", sym.NodeNet).execution = "callbacks"  # type: ignore[assignment]
+    find(model, "robot", sym.NodeNet).execution = "callbacks"
     find(model, "Deliver", sym.CallbackPage).awaits = True
     save(model, path)
     return path

@@ -43,7 +43,7 @@ def test_ports_say_how_a_service_is_asked(tmp_path: Path) -> None:
     assert "| 2 requests under way, gives up after 0.5 s: Late1 |" in readme
     parameters = (tmp_path / "ws/src/bakery_bringup/config/baker1.yaml").read_text(encoding="utf-8")
     assert "# client of /bake at Ask1: 2 requests under way, gives up after 0.5 s: Late1" in parameters
-    model.middleware = "ros1"  # type: ignore[assignment]
+    model.middleware = "ros1"
     said = {port.client: port.quality for node in application_of(model).nodes for port in node.ports}
     assert set(said.values()) == {""}
 

@@ -48,7 +48,7 @@ def hello(middleware: str = "ros2") -> sym.SystemModel:
     (channel,) = model.channels
     assert isinstance(channel, sym.TopicChannel)
     channel.publishers[0].limit = channel.subscribers[0].limit = 1
-    model.middleware = middleware  # type: ignore[assignment]
+    model.middleware = middleware
     return model
 
 

@@ -24,7 +24,7 @@ def _system(execution: str = "callbacks", middleware: str = "ros2") -> tuple[sym
         id="Ask", service="/ask", server=sym.ServerPort(page=serve, entry=entry, exit=exit_), model=model
     )
     user = node_net(model, "user")
-    user.execution = execution  # type: ignore[assignment]
+    user.execution = execution
     return model, user
 
 
@@ -170,7 +170,7 @@ def test_runs_that_overlap_send_more(kind: str, threads: int, awaits: bool, numb
     group = sym.CallbackGroup(id="group", kind=kind)
     node.callbackGroups.append(group)
     page.group, page.awaits = group, awaits
-    node.executor, node.threads = "multi", threads  # type: ignore[assignment]
+    node.executor, node.threads = "multi", threads
     assert Waiting(model, runs_overlap=True).waits(port) is (number == 1)
     assert outstanding(port) == outstanding_of(model)[port] == (number if awaits else 1)
 

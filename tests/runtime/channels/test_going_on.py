@@ -207,7 +207,7 @@ def two_talkers() -> sym.SystemModel:
 def test_what_was_under_way_and_is_not_sent_again_is_told_as_lost(tmp_path: Path, seed: int) -> None:
     """Both ends die with more under way than the publisher keeps, which histories of ROS 2 may lose."""
     model = talk(30, publisher=1, subscriber=1)
-    model.middleware = "ros2"  # type: ignore[assignment]
+    model.middleware = "ros2"
     draw = random.Random(seed)
     for _ in range(3):
         network, ends = LocalNetwork(seed=seed), []

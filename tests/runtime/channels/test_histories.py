@@ -31,7 +31,7 @@ from tests.support.systems.small_systems import small_system_models
 def histories(tokens: int, writer: int = 10, reader: int = 10, **port: object) -> sym.SystemModel:
     """Return a talker and a listener on one topic of ROS 2."""
     model = talk(tokens, publisher=writer, subscriber=reader)
-    model.middleware = "ros2"  # type: ignore[assignment]
+    model.middleware = "ros2"
     for name, value in port.items():
         setattr(model.channels[0].subscribers[0], name, value)  # type: ignore[attr-defined]
     return model
@@ -162,7 +162,7 @@ def test_a_periodic_publisher_stays_flat() -> None:
 def test_losses_that_are_told_later_than_they_happen_conform(tmp_path: Path) -> None:
     """A gap is told with the next message of the same publisher; others may have been taken before it."""
     model = talk(3, publisher=3, subscriber=2)
-    model.middleware = "ros2"  # type: ignore[assignment]
+    model.middleware = "ros2"
     (topic,) = model.channels
     other = sym.NodeNet(id="other", net=model)
     words, said = sym.Place(id="OtherWords", tokens=3, page=other), sym.Place(id="OtherSaid", page=other)

@@ -115,7 +115,7 @@ def test_nodes_that_crash_go_on_and_the_records_name_the_instances(tmp_path: Pat
 def test_what_is_lost_between_two_instances_does_not_come_again(tmp_path: Path) -> None:
     """The board hears the last message only: one of the other instance before it is lost, and stays so."""
     model = bakery()
-    model.middleware = "ros2"  # type: ignore[assignment]
+    model.middleware = "ros2"
     (news,) = (channel for channel in model.channels if channel.id == "Sales")
     assert isinstance(news, sym.TopicChannel)
     news.publishers[0].limit = 4

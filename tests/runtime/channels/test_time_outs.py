@@ -237,7 +237,7 @@ def test_checkpoints_of_earlier_versions_have_one_request(tmp_path: Path) -> Non
 def test_a_server_keeps_responses_to_all_requests_of_a_client() -> None:
     """One that comes again is answered again, whatever came in between."""
     model = server_model()
-    model.middleware = "ros2"  # type: ignore[assignment]
+    model.middleware = "ros2"
     entry = next(element for element in model.eAllContents() if isinstance(element, rtm.ServerPort))
     entry.outstanding = 3
     net, wire, recorder = Net(model), Wire(), ListRecorder()
@@ -259,7 +259,7 @@ def test_a_server_keeps_responses_to_all_requests_of_a_client() -> None:
 
 def test_a_full_history_forgets_the_oldest_request() -> None:
     model = server_model(1)
-    model.middleware = "ros2"  # type: ignore[assignment]
+    model.middleware = "ros2"
     port = next(element for element in model.eAllContents() if isinstance(element, rtm.ServerPort))
     port.depth = 2
     net, wire, recorder = Net(model), Wire(), ListRecorder()
@@ -282,7 +282,7 @@ def test_the_runtime_model_says_how_a_service_is_asked() -> None:
     (client,), (server,) = ports["baker1"].clients, ports["oven"].servers
     assert (client.outstanding, client.timeout, client.timed_out) == (2, 0.5, "Late1")
     assert (server.depth, server.outstanding) == (3, 2)
-    model.middleware = "ros1"  # type: ignore[assignment]
+    model.middleware = "ros1"
     ports = {part.node.id: Net(part).structure.ports for part in split(model)}
     (client,), (server,) = ports["baker1"].clients, ports["oven"].servers
     assert (client.outstanding, client.timeout, client.timed_out) == (1, None, None)

@@ -34,7 +34,7 @@ def limits(model: sym.SystemModel, node: str) -> dict[str, int | None]:
 @pytest.mark.parametrize("middleware", ["ros1", "ros2"])
 def test_what_others_can_fill_is_limited(middleware: str) -> None:
     model = talker()
-    model.middleware = middleware  # type: ignore[assignment]
+    model.middleware = middleware
     in_hand = 1 if middleware == "ros2" else 10_000
     assert limits(model, "listener") == {"Heard": in_hand, "Noted": 10_000}
     # Nobody else puts tokens into the talker.

@@ -39,7 +39,7 @@ def state(name):
 def managed(*, pauses: bool = False) -> sym.SystemModel:
     """Return the post office: the house is there before the office sends."""
     model = post(LETTERS)
-    model.middleware = "ros2"  # type: ignore[assignment]
+    model.middleware = "ros2"
     model.channels.remove(model.channels[2])
     find(model, "house", sym.NodeNet).lifecycle = sym.Lifecycle(configureStep=1, activateStep=2)
     find(model, "office", sym.NodeNet).lifecycle = sym.Lifecycle(

@@ -24,8 +24,8 @@ def _bare(draw: st.DrawFn) -> sym.SystemModel:
     model = sym.SystemModel(id="bare", middleware="ros2")
     for number in range(draw(st.integers(1, 3))):
         net = sym.NodeNet(id=f"node{number}", net=model)
-        net.execution = draw(st.sampled_from(["net", "callbacks", "callbacks"]))  # type: ignore[assignment]
-        net.executor = draw(st.sampled_from(["single", "multi"]))  # type: ignore[assignment]
+        net.execution = draw(st.sampled_from(["net", "callbacks", "callbacks"]))
+        net.executor = draw(st.sampled_from(["single", "multi"]))
         net.threads = draw(st.integers(1, 3)) if net.executor == sym.Executor.multi else 1
         for group in range(draw(st.integers(0, 2))):
             kind = draw(st.sampled_from(["exclusive", "reentrant"]))

@@ -26,8 +26,8 @@ class _Builder:
         self.services = [each for each in model.channels if isinstance(each, sym.ServiceChannel)]
         self.topics = [each for each in model.channels if isinstance(each, sym.TopicChannel)]
         for net in node_nets(model):
-            net.execution = draw(st.sampled_from(["net", "callbacks", "callbacks"]))  # type: ignore[assignment]
-            net.executor = draw(st.sampled_from(["single", "multi", "multi"]))  # type: ignore[assignment]
+            net.execution = draw(st.sampled_from(["net", "callbacks", "callbacks"]))
+            net.executor = draw(st.sampled_from(["single", "multi", "multi"]))
             net.threads = draw(st.integers(1, 3)) if net.executor == sym.Executor.multi else 1
             for number in range(draw(st.integers(0, 2))):
                 kind = draw(st.sampled_from(["exclusive", "reentrant"]))

@@ -17,7 +17,7 @@ def history_models(
     """Return a small system of topics and services, with every feature that the rules of ROS 2 look at."""
     usual = st.one_of(small_system_models(clients=0), calling_systems(circles=True, services=2))
     model = draw(usual if systems is None else systems)
-    model.middleware = "ros2"  # type: ignore[assignment]
+    model.middleware = "ros2"
     bounded = draw(st.booleans())
     declared: set[pn.Place] = set()
     for place in _places(model):

@@ -39,7 +39,7 @@ def driving(
     target, there = place(page, "Target"), place(page, "There")
     arrive = step(page, "Arrive", [target], [there])
     if server == "callbacks":
-        driver.executor, driver.threads = "multi", drive.slots + 1  # type: ignore[assignment]
+        driver.executor, driver.threads = "multi", drive.slots + 1
         page.duration = seconds(*drive.work)
     else:
         driver.reaction = seconds(0, 1)

@@ -30,6 +30,10 @@ from dineros.transformations.language.datatypes import REAL, TRUTH, WHOLE
 from dineros.transformations.language.functions import Query
 
 
+def _exactly(seconds: float | None) -> pn.TimeInterval:
+    return pn.TimeInterval() if seconds is None else pn.TimeInterval(earliest=seconds, latest=seconds)
+
+
 class RunsCallbacks(Query):
     """Whether a page belongs to a node that runs callbacks."""
 
@@ -68,7 +72,7 @@ class Period(Query):
 
     @staticmethod
     def _answer(page: sym.CallbackPage) -> pn.TimeInterval:
-        return pn.TimeInterval(earliest=page.timer, latest=page.timer)
+        return _exactly(page.timer)
 
 
 class Offset(Query):
@@ -345,7 +349,7 @@ class TimeOut(Query):
 
     @staticmethod
     def _answer(client: sym.ClientPort) -> pn.TimeInterval:
-        return pn.TimeInterval(earliest=client.timeout, latest=client.timeout)
+        return _exactly(client.timeout)
 
 
 class ReactsFrom(Query):

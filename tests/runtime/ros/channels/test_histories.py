@@ -47,7 +47,7 @@ def configure(net):
 def flooded(reliability: str, executor: str) -> sym.SystemModel:
     """Return the post office under the rules of ROS 2, with many letters and shallow histories."""
     model = post(LETTERS)
-    model.middleware = "ros2"  # type: ignore[assignment]
+    model.middleware = "ros2"
     letters = model.channels[0]
     model.channels.remove(model.channels[2])
     assert isinstance(letters, sym.TopicChannel)
@@ -56,7 +56,7 @@ def flooded(reliability: str, executor: str) -> sym.SystemModel:
     letters.qos = sym.QualityOfService(reliability=reliability, lifespan=60.0, deadline=100.0)
     (house,) = (page for page in model.pages if page.id == "house")
     assert isinstance(house, sym.NodeNet)
-    house.executor, house.threads = executor, 3  # type: ignore[assignment]
+    house.executor, house.threads = executor, 3
     return model
 
 
@@ -108,7 +108,7 @@ def taken(ros: Ros) -> list[int]:
 def two_offices() -> sym.SystemModel:
     """Return two offices that write to one house: two letters each at once, and two later."""
     model = post(letters=0, durability="transientLocal")
-    model.middleware = "ros2"  # type: ignore[assignment]
+    model.middleware = "ros2"
     letters = model.channels[0]
     for channel in list(model.channels)[1:]:
         model.channels.remove(channel)

@@ -33,7 +33,7 @@ def configure(net):
 def weighing(ros: Ros, timeout: float, depth: int = 4) -> sym.SystemModel:
     """Save and return the desk and the scale: client A asks three times at once, client B gives up."""
     model = post()
-    model.middleware = "ros2"  # type: ignore[assignment]
+    model.middleware = "ros2"
     service = next(each for each in model.channels if isinstance(each, sym.ServiceChannel))
     for channel in [each for each in model.channels if each is not service]:
         model.channels.remove(channel)
