@@ -194,7 +194,7 @@ def _wrong_value(self: EObject, feature: Any, value: object) -> FeatureValueErro
 
 
 def initialise(self: EObject, **features: Any) -> None:
-    """Set features, in the order of the metamodel; the `__init__` of every model class.
+    """Set features, attributes before references; the `__init__` of every model class.
 
     Raises
     ------
@@ -236,7 +236,7 @@ def _plan_of(cls: type[EObject]) -> dict[str, tuple[Any, object, type | None]]:
             feature.get_default_value() if feature.is_attribute else _MANY if feature.many else _ONE,
             feature._eType.eType if type(feature._eType) is EDataType else None,
         )
-        for name, feature in features_of(cls).items()
+        for name, feature in sorted(features_of(cls).items(), key=lambda item: item[1].is_reference)
     }
 
 

@@ -88,7 +88,7 @@ def test_the_reference_holds_every_class_with_what_its_docstring_says() -> None:
             assert reference.documented(inspect.getdoc(value)) in page
     assert "* `tokens` (`int`): " in page
     assert "Net.handler(transition, *, " in page
-    assert "\nArc(*, id=..., " in page
+    assert "\nArc(*, page=..., " in page
 
 
 def test_docstrings_become_markdown() -> None:
