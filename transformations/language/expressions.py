@@ -13,7 +13,7 @@ from typing import Any, TypeAlias
 
 from pyecore.ecore import EClass, EReference
 
-from dineros.metamodel.base import EObject, features_of
+from dineros.metamodel.base import EObject, features_of, remembered
 from dineros.metamodel.errors import Location, near_matches
 from dineros.transformations.language.datatypes import TEXT, TRUTH, comparable, datatype_of, literal_of
 from dineros.transformations.language.errors import RuleError, rule_line
@@ -325,6 +325,7 @@ def matching(datatype: Any, value: Expression) -> Expression:
     return value if literal is value.value else Constant(literal, value.location)
 
 
+@remembered
 def compatible(one: type[EObject], other: type[EObject]) -> bool:
     """Return whether an object can belong to both classes, according to their inheritance."""
     return one is EObject or other is EObject or issubclass(one, other) or issubclass(other, one)
