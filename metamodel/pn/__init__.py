@@ -34,29 +34,6 @@ getEClassifier = partial(Ecore.getEClassifier, searchspace=eClassifiers)
 eSubpackages: list[Any] = []
 eSuperPackage = None
 
-__all__ = [
-    "Arc",
-    "ArcKind",
-    "Element",
-    "Graphics",
-    "Label",
-    "LabelKind",
-    "Net",
-    "Node",
-    "Page",
-    "PageObject",
-    "Place",
-    "PlaceNode",
-    "Point",
-    "ReferencePlace",
-    "ReferenceTransition",
-    "Suppression",
-    "TimeInterval",
-    "ToolInfo",
-    "Transition",
-    "TransitionNode",
-]
-
 
 @enumeration
 class ArcKind(EnumLiteral):

@@ -34,15 +34,6 @@ getEClassifier = partial(Ecore.getEClassifier, searchspace=eClassifiers)
 eSubpackages: list[Any] = []
 eSuperPackage = None
 
-__all__ = [
-    "InvariantTerm",
-    "OverflowVariant",
-    "PetriNetModel",
-    "PlaceInvariant",
-    "Sheet",
-    "SignalVariant",
-]
-
 
 @enumeration
 class SignalVariant(EnumLiteral):

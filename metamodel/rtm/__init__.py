@@ -24,18 +24,6 @@ getEClassifier = partial(Ecore.getEClassifier, searchspace=eClassifiers)
 eSubpackages: list[Any] = []
 eSuperPackage = None
 
-__all__ = [
-    "ActionClientPort",
-    "ActionServerPort",
-    "ClientPort",
-    "Place",
-    "PlacePort",
-    "PublisherPort",
-    "RuntimeModel",
-    "ServerPort",
-    "SubscriberPort",
-]
-
 
 @Ecore.abstract
 class PlacePort(EObject, metaclass=MetaEClass):

@@ -23,11 +23,6 @@ getEClassifier = partial(Ecore.getEClassifier, searchspace=eClassifiers)
 eSubpackages: list[Any] = []
 eSuperPackage = None
 
-__all__ = [
-    "TraceLink",
-    "TraceModel",
-]
-
 
 class TraceModel(EObject, metaclass=MetaEClass):
     """Trace links of one transformation."""

@@ -46,9 +46,13 @@ def class_named(name: str, source: Source, element: etree._Element) -> type[EObj
     """
     package, _, kind = name.partition(".")
     module = _PACKAGES.get(package)
-    cls = getattr(module, kind) if module is not None and kind in module.__all__ else None
+    cls = getattr(module, kind) if module is not None and kind in module.eClassifiers else None
     if not isinstance(cls, type) or not issubclass(cls, EObject) or cls.eClass.abstract:
-        known = [f"{package}.{each}" for package, module in _PACKAGES.items() for each in module.__all__]
+        known = [
+            f"{package}.{each}"
+            for package, module in _PACKAGES.items()
+            for each in sorted(module.eClassifiers)
+        ]
         raise source.error(
             f"the metamodels have no class {name!r} to be made", element, hint=near_matches(name, known)
         )
