@@ -68,9 +68,7 @@ def load_places(trace: Trace) -> dict[str, Queue]:
     return found
 
 
-def witness_builder(
-    witness: Witness, source: str, asked: str | None = None, verdict: str | None = None
-) -> TraceBuilder:
+def witness_builder(witness: Witness, source: str, verdict: str | None = None) -> TraceBuilder:
     """Return the picture of a witness that was just found."""
     from dineros.analysis.witnesses.records import witness_records
     from dineros.views.traces.building import TraceBuilder
@@ -80,6 +78,6 @@ def witness_builder(
     assert subject is not None, "witness_of() made it"
     loads = load_places(subject.flattened.trace) if subject.flattened is not None else {}
     builder = TraceBuilder(facts_of(subject.model), loads)
-    for record in witness_records(witness, source=source, asked=asked, verdict=verdict):
+    for record in witness_records(witness, source=source, verdict=verdict):
         builder.add(record)
     return builder
