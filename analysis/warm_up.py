@@ -1,8 +1,8 @@
 """Compiles all kernels ahead of the first question, several processes side by side.
 
-A kernel is compiled when it is first called. So each part asks questions of small nets that call all kernels
-of an engine with what they are called with later; what Numba keeps of that is there for every process after.
-Numba compiles one kernel at a time in a process: hence processes, not threads.
+A kernel is compiled when it is first called. Each part answers questions about small nets, which call all
+kernels of an engine with the types of arguments that are used later. Numba stores the compiled code for all
+later processes. Numba compiles one kernel at a time in a process: hence processes, not threads.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ def warm_up(processes: int) -> None:
 
 
 def _mark() -> Path | None:
-    """Return the file that says that all is compiled; None where nothing can be kept."""
+    """Return the file that says that all is compiled; None if no folder is writable."""
     from llvmlite.binding import get_host_cpu_name
     from numba import __version__
 

@@ -76,7 +76,7 @@ def note(text: str) -> None:
 
 @contextmanager
 def working(text: str) -> Iterator[None]:
-    """Show on stderr, where that is a terminal, that long work continues; it is a stage of a search."""
+    """Show on stderr, if it is a terminal, that long work continues; it is a stage of a search."""
     if invocation().is_watched:
         context = click.get_current_context(silent=True)
         search = None if context is None else context.meta.get(SEARCH)

@@ -38,7 +38,7 @@ class Subcommands(click.Group):
         return sorted(_modules())
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Import a subcommand; None where there is none of this name."""
+        """Import a subcommand; None if there is none of this name."""
         place = _modules().get(cmd_name)
         if place is None:
             return None
@@ -79,7 +79,7 @@ class Subcommands(click.Group):
             return finished.exit_code
 
     def _status(self, arguments: list[str], is_alone: bool) -> int:
-        """Run the command line; print at most one line where that fails."""
+        """Run the command line; print at most one line if that fails."""
         debug = os.environ.get("DINEROS_DEBUG", "") not in ("", "0")
         invocation = Invocation(debug=debug, is_alone=is_alone)
         if isinstance(sys.stdout, TextIOWrapper):  # names of files and elements that no terminal can show

@@ -99,7 +99,7 @@ class ModelFileError(DinerosError):
 
 
 class CollectedModelFileError(ModelFileError):
-    """Everything that is wrong with a file that does not hold a model, where that is more than one thing.
+    """All errors of a file that does not hold a model, if there are several.
 
     Prints as the first error and how many follow.
 
@@ -209,7 +209,7 @@ def listed(names: Iterable[str]) -> str:
 
 
 def near_matches(name: str, known: Iterable[str]) -> str | None:
-    """Return a hint such as ``did you mean 'tokens'?``, or None where nothing known is near `name`.
+    """Return a hint such as ``did you mean 'tokens'?``, or None if nothing known is near `name`.
 
     Near are names that differ in few letters, for their length, or in case and separators only, and those
     that begin or end with the other one. A hint that is only similar would lead astray.

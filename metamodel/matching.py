@@ -103,7 +103,7 @@ def unmet(offered: Quality, requested: Quality) -> str | None:
 
 
 def mismatch(publisher: sym.PublisherPort, subscriber: sym.SubscriberPort) -> Mismatch | None:
-    """Return why a publisher and a subscriber do not match; None where they do."""
+    """Return why a publisher and a subscriber do not match; None if they do."""
     offered, requested = plain(quality_of(publisher)), plain(quality_of(subscriber))
     name = unmet(offered, requested)
     if name is None:

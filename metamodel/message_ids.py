@@ -41,7 +41,7 @@ def parse_id(message_id: str) -> tuple[str, int] | None:
     Returns
     -------
     tuple of str and int, or None
-        None where the message has no number, as those of programs without DiNeROS: it is unknown whether it
+        None if the message has no number, as those of programs without DiNeROS: it is unknown whether it
         came before.
 
     Raises

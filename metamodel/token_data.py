@@ -122,7 +122,7 @@ def within(ros: str | None, name: str, value: Value) -> Value:
     ros : str, optional
         The ROS type; None: int64 for integers, no limit for texts and numbers.
     name : str
-        What is said to have the value.
+        The name of the value, for messages.
     value : Value
         A value of the type's kind.
 

@@ -41,7 +41,7 @@ class TopicEndpoint:
     depth : int or None
         Depth of the history; None: unknown (Fast DDS announces none). 0: all messages are kept.
     at : str
-        The line of the code that creates it, as ``file:line``; empty where no code was read.
+        The line of the code that creates it, as ``file:line``; empty if no code was read.
     reader : str
         The node of the code that reads it, if several nodes of one executor read the topic; else empty.
     """
@@ -70,7 +70,7 @@ class Endpoint:
     type : str
         Such as ``std_srvs/srv/Trigger`` or ``example_interfaces/action/Fibonacci``.
     at : str
-        The line of the code that creates it, as ``file:line``; empty where no code was read.
+        The line of the code that creates it, as ``file:line``; empty if no code was read.
     """
 
     name: str

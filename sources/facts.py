@@ -231,7 +231,7 @@ class CallbackFact:
     is_apart : bool
         Whether it runs on a thread of its own, which is none of the executor's.
     body : list of branches.Item or None
-        The effects in their branches; None where the order could not be followed.
+        The effects in their branches; None if the order could not be followed.
     answers : dict of str to bool
         Of a service: fields of its response that have this value each time.
     """

@@ -27,7 +27,7 @@ def main(program: str, *locks: str) -> int:
     Returns
     -------
     int
-        0: none is known, or nobody could be asked; 1: some are; 2: pip-audit failed.
+        0: none is known, or the database could not be reached; 1: some are known; 2: pip-audit failed.
     """
     command = [program, "--vulnerability-service", "osv", "--require-hashes", "--disable-pip"]
     command += ["--progress-spinner", "off", "--format", "json", *(f"--requirement={lock}" for lock in locks)]

@@ -1,7 +1,7 @@
 """Callbacks that can wait forever, where not all markings can be seen.
 
-Of each callback it is decided on a part of the net whether it always ends; from where it does not, a run goes
-on until the circle is closed. Callbacks of which that is not decided are looked for by runs of the whole net.
+For each callback, a part of the net decides whether it always ends; if not, a run continues from there
+until the circle is closed. Callbacks of which that is not decided are looked for by runs of the whole net.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class Search:
     is_complete : bool
         Whether all others that were asked for are proved to end always.
     reason : str
-        Why not; empty where they are.
+        Why not; empty if they are.
     is_settled : bool
         Whether all others end always, but for those that wait for a circle that was found.
     """

@@ -108,7 +108,7 @@ class Waiting:
                 self.callbacks[page, link.index].awaiting = subject.place_index[link.target.id]
 
     def circle(self, marking: Marking, of: Waiter | None = None) -> Circle | None:
-        """Return some that wait for each other in a marking, a shortest circle; None where there is none.
+        """Return some that wait for each other in a marking, a shortest circle; None if there is none.
 
         Parameters
         ----------

@@ -153,7 +153,8 @@ class Walks:
     def shortest(self, blocked: Blocked) -> Blocked:
         """Return the same with a run that goes no further, without what it does not need.
 
-        A callback that never ends for itself may be doomed before it waits: the run goes to where it does.
+        A callback that never ends may be certain to wait forever before it begins to wait; the run is
+        extended until it waits.
         """
         circle = blocked.circle
         callback = next(c for c in self._waiting.callbacks.values() if c.waiter == blocked.callback)

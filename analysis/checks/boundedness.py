@@ -62,7 +62,7 @@ class Boundedness(Question):
     asks = "all questions on the state space"
 
     def leave_open(self, checked: Checked, reason: str) -> None:
-        """End, as the others are asked of what is made here."""
+        """End the search here, as the other questions need the state space."""
         checked.close(self.asks, reason)
 
     def ask(self, checked: Checked) -> None:
@@ -116,7 +116,7 @@ class Boundedness(Question):
         return near_growth(net, checked.budget.share(GROWTH_SHARE))
 
     def _make_space(self, checked: Checked) -> str:
-        """Make the state space; return why there is none, which is empty where there is one."""
+        """Make the state space; return the reason if it could not be made, else an empty text."""
         share, between = checked.budget.share(SPACE_SHARE), partial(self._look_elsewhere, checked)
         try:
             space = symbolic_state_space(checked.subject.net, share, orders=checked.orders, between=between)

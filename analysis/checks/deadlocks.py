@@ -3,7 +3,7 @@
 A transition *waits* in a dead marking where a token arrived at one of its inputs but something else is
 missing. A token that was there from the start, a free place of a queue, or an instance without a request is
 at rest and waits for nothing. What is missing would be made by other transitions, which lack something in
-turn: where that leads to another transition that waits, the first one is a consequence. What is left, alone
+turn: if that leads to another waiting transition, the first one is a consequence. What is left, alone
 or in a circle, is the cause. What a node would do that was shut down waits for nothing: it ends with its
 node. Dead markings in which the same transitions wait for the same places are one group; server instances are
 alike.
@@ -68,7 +68,7 @@ class DeadlockGroup:
     markings : int
         How many there are.
     causes : tuple of Waiting
-        What waits for what; empty where nothing waits.
+        What waits for what; empty if nothing waits.
     trace : tuple of int
         Transitions that lead to one of them.
     is_rest : bool
@@ -78,7 +78,7 @@ class DeadlockGroup:
     unfinished : tuple of int
         Where nothing waits: places with tokens that are not final, though nothing takes tokens from them.
     is_final : bool or None
-        Whether the final condition of the model holds; None where it states none.
+        Whether the final condition of the model holds; None if it states none.
     """
 
     markings: int

@@ -169,7 +169,7 @@ class Checked:
         Parameters
         ----------
         leave_open : callable
-            Gets the reason; None where it is asked again.
+            Gets the reason; None if the question must be asked again.
         """
         try:
             yield

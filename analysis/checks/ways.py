@@ -30,8 +30,8 @@ def can_fire(checked: Checked, transitions: Sequence[str]) -> bool | None:
 def firing_witness(checked: Checked, transitions: Sequence[str]) -> Witness | None:
     """Return a sequence that ends with one of some transitions, which can fire; a shortest one if it is near.
 
-    What is further off is searched for where the state equation sees it near, and led to by the state space
-    where that search gives up. None stands for memory that runs out, or for a sequence with times that is
+    A farther goal is searched for if the state equation estimates that it is near; if that search gives up,
+    the state space gives the way. None stands for memory that runs out, or for a sequence with times that is
     too long to be shown.
     """
     if not checked.is_shown:

@@ -1,1 +1,1 @@
-"""Findings that hold only because of another one: decided by asking again where that one is mended."""
+"""Findings that follow from another one: decided by asking again in a model without that one."""

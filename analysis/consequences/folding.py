@@ -1,12 +1,12 @@
 """Consequences fold under their causes.
 
-A fault is a consequence of another one if it disappears where that one is mended: the questions are asked
-once more of the mended model. It stays a finding of its own where it is found again, where a question is left
-open there, and where no change is known that mends the cause. A message that is lost is found again where the
-run that loses it can be replayed. That a part is never used is disproved by a run of the mended model which
-uses it; only what no run settles needs all its markings. What disappears only if several causes are mended
-together is listed under the first of them, and names the others. A callback that never ends is a cause, and
-may be a consequence of another one.
+A fault is a consequence of another one if it disappears in a model in which that one is repaired: the
+questions are asked again for that model. It stays a finding of its own where it is found again, where a
+question is left open there, and where no change is known that mends the cause. A message that is lost is
+found again where the run that loses it can be replayed. That a part is never used is disproved by a run of
+the mended model which uses it; only what no run settles needs all its markings. What disappears only if
+several causes are mended together is listed under the first of them, and names the others. A callback that
+never ends is a cause, and may be a consequence of another one.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ SHARE = 0.9
 """Part of the time that is left for asking again."""
 
 MEND_SHARE = 0.6
-"""Part of it that the search for a change may take which mends a cause."""
+"""The share of it for the search for a change that removes a cause."""
 
 HIDDEN_SHARE = 0.6
 """Part of what is left then that the search may take for circles that are found only if others are mended."""
@@ -178,7 +178,7 @@ class _Folding:
         budget = self._budget.share(TOGETHER_SHARE) if self._budget.left is not None else self._budget
 
         def gone_again(fewer: Sequence[_Mended], some: Sequence[Finding]) -> list[Finding]:
-            # A change that was found in the mended model may need what that has.
+            # A change found in the repaired model may depend on the repair.
             with suppress(BudgetExceededError, DinerosError):
                 return self._asked(fewer, some, budget)
             return []

@@ -53,7 +53,7 @@ Mend = Callable[[sym.SystemModel], None]
 
 
 def mend_of(model: sym.SystemModel, finding: Finding, budget: Budget) -> Mend | None:
-    """Return what takes a fault out of a model; None where nothing is known that does.
+    """Return what takes a fault out of a model; None if no such change is known.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def _against_mismatch(model: sym.SystemModel, finding: Finding, budget: Budget) 
 
 
 def _against_absence(model: sym.SystemModel, finding: Finding, budget: Budget) -> Mend | None:
-    """Let the publisher keep its messages for who comes later; None where it does so already.
+    """Let the publisher keep its messages for who comes later; None if the model is changed so already.
 
     A message that was kept reaches who comes later only if it is repeated until it arrives.
     """
@@ -331,7 +331,7 @@ def _added(changes: Changes, circle: Circle, known: set[Changes], order: count[i
 
 
 def _blocked(model: sym.SystemModel, pages: set[str], budget: Budget) -> list[Blocked] | None:
-    """Return the callbacks of some pages that can wait forever; None where that is not decided."""
+    """Return the callbacks of some pages that can wait forever; None if it is unknown."""
     subject = base_subject(model)
     search = searched(subject.net, Waiting(subject), budget, pages)
     found = [each for each in search.blocked if _is_of(each, pages)]

@@ -100,8 +100,8 @@ class Everything:
     timers : dict of str to bool or None
         By the id of a timer's callback, whether it can lose ticks; None if that is not known.
     starved : dict of str to bool or None
-        By the id of a callback, whether it can be ready for ever without beginning, because others go first;
-        None if that is not known.
+        By the id of a callback, whether it can be ready forever without beginning, because other callbacks
+        are taken first; None if that is not known.
     is_exact : bool
         Whether `readers` and `timers` are; else they are safe bounds.
     """
@@ -231,7 +231,7 @@ class Latencies:
         observer = Observer(self._parts, self._explored, path, asks)
         found = measured(observer, self._subject.timed, self._budget)
         is_known = found.is_complete and not found.reason and observer.is_exact and not found.is_gone
-        # A reaction goes on with what is newer, but not where a publisher loses messages.
+        # A reaction follows a newer message, but not one that a publisher loses.
         return found.greatest if is_known and not (asks == "reaction" and found.is_lost) else None
 
     def starves(self, page: sym.CallbackPage) -> bool | None:

@@ -47,8 +47,8 @@ class Depth:
 def least_depths(model: sym.SystemModel, budget: Budget) -> dict[str, Depth]:
     """Return by place of a subscriber the least depth of its history.
 
-    If a history overflows with the largest depth that is tried, the others are those of a system in which it
-    does.
+    If a history overflows even with the largest depth that is tried, the depths of the other histories
+    allow for that overflow.
 
     Parameters
     ----------

@@ -8,7 +8,7 @@ Tokens of a history are alike, but messages have an order. So the observer count
 that it follows: in a reader's history, and between a publisher and that history, where messages arrive in the
 order in which they were sent. A full history forgets its oldest message.
 
-To measure how old data is, the observer goes on until the next output replaces the one of the instance. To
+To measure how old data is, the observer continues until the next output replaces that of the instance. To
 measure how fast a chain reacts, it starts the clock at a release and follows the next one: what happens just
 after a release is in that one. There, a message that is displaced leaves its place to the next one, which
 is newer.
@@ -444,7 +444,7 @@ class Observer:
         return Case(rename=names, **more)  # type: ignore[arg-type]
 
     def _own(self, run: Run) -> set[str]:
-        """Return the places that hold nothing but tokens of runs: they are empty where there is none."""
+        """Return the places that hold nothing but tokens of runs: they are empty if there is none."""
         if not run.is_colored:
             return set()
         if run.known_own is None:

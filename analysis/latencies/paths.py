@@ -73,7 +73,7 @@ class Path:
         return self.hops[at] if at >= 0 else None
 
     def after(self, number: int) -> Way | None:
-        """Return how data goes on from a callback of the path; None for the last one."""
+        """Return how data is passed on from a callback of the path; None for the last one."""
         at = number + self.begins_with_message
         return self.hops[at] if at < len(self.hops) else None
 

@@ -1,4 +1,4 @@
-"""Whether a callback that is ready can wait without end, because others go first for ever.
+"""Whether a ready callback can wait forever, because other callbacks are always taken first.
 
 It can if there is an endless run in which the callback is ready from some moment on, and never begins: a
 circle of state classes in which it is ready, without an edge by which it begins; or a class in which it is

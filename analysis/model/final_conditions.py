@@ -38,7 +38,7 @@ class FinalCondition:
 
     @classmethod
     def of(cls, subject: Subject) -> FinalCondition | None:
-        """Return the condition of the model; None where it states none.
+        """Return the condition of the model; None if it states none.
 
         Raises
         ------

@@ -39,7 +39,7 @@ class StepRole:
     node : str or None
         The node net that takes part; None inside of a channel, between the nodes.
     channel, queue, stage, place, client, instance, signal, value, outcome, label, state
-        As in the record; None where the record has no such field.
+        As in the record; None if the record has no such field.
     """
 
     kind: type[Step]
@@ -206,7 +206,7 @@ def _feedback_role(
 
 
 def _client(link: Link) -> str | None:
-    """Return the id of a call's client, its instance included; None where it has given up."""
+    """Return the id of a call's client, its instance included; None if it has given up."""
     client = next((source for source in link.sources if isinstance(source, sym.ClientPort)), None)
     if client is None:
         return None

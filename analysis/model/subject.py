@@ -93,7 +93,7 @@ class Subject:
 
     @cached_property
     def _shown(self) -> dict[str, str]:
-        """What nodes of a plain net are called, by their ids, where that is unique."""
+        """The names of the nodes of a plain net, by their ids, if a name is unique."""
         return unique_names(self.model) if self.flattened is None else {}
 
     def times_of(self, trace: Sequence[int]) -> Sequence[FiringTime | None]:

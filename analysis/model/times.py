@@ -112,7 +112,7 @@ class UsedTimes:
 
 
 def left_out_times(net: pn.Net) -> LeftOutTimes | None:
-    """Return the intervals that are left out; None where there is nothing to say.
+    """Return the intervals that are left out; None if the net has no times.
 
     That is so for a net without intervals, and for a system model whose intervals have no latest time.
     """

@@ -114,8 +114,8 @@ class _Search:
     def decide_deadlock(self, budget: Budget) -> None:
         """Find a part whose every marking enables what fires in the net, or a run to a deadlock.
 
-        A part is begun with what one enabled transition takes: one node that always goes on is enough, and
-        which one it is shows when its part stays small.
+        A part begins with the input places of one enabled transition. One node that can always continue is
+        enough; its part stays small.
         """
         whole, net = self.whole, self.whole.net
         count, initial = range(len(net.transitions)), net.initial.tolist()
@@ -169,7 +169,7 @@ class _Search:
             places |= more
 
     def _next(self, enabled: list[int], places: set[int]) -> set[int]:
-        """Return what one of some transitions takes: one that goes on with a part, and adds few places."""
+        """Return the input places of one of these transitions: one that extends a part by few places."""
         whole = self.whole
         choices = [t for t in enabled if self._has_bounds(t)]
 

@@ -2,8 +2,8 @@
 
 A linear program proposes weights z of the places and factors of the conditions A . m >= b with z >= factors
 . A and z . C <= 0 (C the incidence matrix). No firing raises z . m, so factors . A . m <= z . m <= z . m0 in
-every reachable marking m; where that is less than factors . b, none fulfils the conditions. With one row, no
-b and the smallest z . m0, the same is an upper bound of A . m.
+every reachable marking m; if that is less than factors . b, no reachable marking fulfils the conditions. With
+one row, no b and the smallest z . m0, the same is an upper bound of A . m.
 
 References
 ----------
@@ -57,7 +57,7 @@ class StateEquation:
         return Weighting(tuple(row for row, _ in used), weights, tuple(factor for _, factor in used))
 
     def largest(self, factors: Mapping[int, int]) -> int | None:
-        """Return a proved upper bound of a weighted sum of tokens; None where none is found."""
+        """Return a proved upper bound of a weighted sum of tokens; None if none is found."""
         found = self._solved([(factors, 0)], None)
         if found is None or found[1][0] <= 0:
             return None
@@ -70,7 +70,7 @@ class StateEquation:
     def _solved(
         self, rows: Sequence[Row], most: np.ndarray[tuple[int], np.dtype[np.float64]] | None
     ) -> tuple[dict[int, Fraction], list[Fraction]] | None:
-        """Return weights of places and factors of rows, checked; None where the proposal does not stand.
+        """Return weights of places and factors of rows, checked; None if the proposed weighting is invalid.
 
         `most` limits the factors; without it, the only factor is 1.
         """

@@ -1,4 +1,4 @@
-"""Finds the fairness with which a formula holds that only unfair runs violate.
+"""If only unfair runs violate a formula: finds the fairness with which it holds.
 
 A run that violates the formula neglects some transitions forever. These are assumed to be fair, and the
 formula is decided again, until a fair run violates it or no run does. Assumptions that the proof does not

@@ -18,9 +18,9 @@ with times know that.
 
 Each but the last two may have a scope in front of it: ``before R:``, ``after Q:``, ``between Q and R:`` and
 ``after Q until R:``. A scope holds from the marking Q on, or after the step Q, and ends with the next R:
-before that marking, or with that step, which is part of it. ``before`` and ``between`` say nothing where no R
-comes. What a step leads to comes after it. ``P``, ``Q`` and ``R`` are conditions on markings and steps,
-without temporal operators.
+before that marking, or with that step, which is part of it. ``before`` and ``between`` require nothing if
+no R follows. What a step leads to comes after it. ``P``, ``Q`` and ``R`` are conditions on markings and
+steps, without temporal operators.
 
 References
 ----------

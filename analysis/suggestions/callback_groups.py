@@ -7,8 +7,8 @@ leaves a reentrant group for an exclusive one of its own can only end a run in w
 mends the model is therefore found this way, and the smallest first (R. Reiter, *A theory of diagnosis from
 first principles*, Artificial Intelligence 32(1), 1987: hitting sets).
 
-A callback that never ends without a circle is mended by nothing where it would not end even if no thread and
-no group were ever missing. A request to cancel that is never heard may also be mended by `async def`.
+A callback that never ends, and is in no circle, cannot be repaired if it would not end even with enough
+threads and free groups. A request to cancel that is never heard may also be mended by `async def`.
 
 Each model is checked as `check` does: what is suggested is proved.
 """
@@ -185,7 +185,7 @@ class _ChangeSearch:
                 self._suggestion.others.append(list(changes.steps(self._model)))
 
     def _changed(self, changes: Changes) -> sym.SystemModel | None:
-        """Return the model with some changes; None where it would not be valid any more."""
+        """Return the model with some changes; None if the changed model would be invalid."""
         copied = changes.applied(self._model)
         if changes.cost[0] and any(found.severity == "error" for found in validate(copied)):
             return None

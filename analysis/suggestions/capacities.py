@@ -60,7 +60,7 @@ class Capacity:
     limit : int
         Its capacity in the model.
     needed : int or None
-        The smallest capacity at which no message is lost; None where there is none, or none was found.
+        The smallest capacity at which no message is lost; None if there is none, or none was found.
     reason : str
         Why there is none.
     grows : bool

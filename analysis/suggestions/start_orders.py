@@ -105,7 +105,7 @@ class _OrderSearch:
         self._open = ""
 
     def run(self) -> None:
-        """Look at the order that the model has, and for another one where that loses something."""
+        """Check the order that the model has; if it loses messages, search for another one."""
         found = self._found
         own = check(self._model, self._budget, questions=QUESTIONS)
         found.faults = own.findings

@@ -104,7 +104,7 @@ class Figures:
 
     @classmethod
     def of(cls, found: object) -> Figures | None:
-        """Return the figures that decoded JSON holds; None where it holds no such figures."""
+        """Return the figures that decoded JSON holds; None if the file has no such figures."""
         types = _types_of_figures()
         if not isinstance(found, dict) or not found.keys() <= types.keys():
             return None

@@ -23,12 +23,12 @@ _REASONS = {
 
 @dataclass(frozen=True)
 class TimedStateSpace:
-    """Exact figures of a timed state space; None where an engine does not count something.
+    """Exact figures of a timed state space; None if an engine does not count something.
 
     Attributes
     ----------
     construction : {"W", "M", "S", "E"} or None
-        Which state classes; None where time was counted in units.
+        Which state classes; None if time was counted in units.
     places, transitions : int
         Size of the net.
     classes, edges, deadlocks : int or None

@@ -39,7 +39,7 @@ class TimedBoundedness(Question):
     asks = "all questions on the state classes"
 
     def leave_open(self, checked: Checked, reason: str) -> None:
-        """End, as the others are asked of what is made here."""
+        """End the search here, as the other questions need the state space."""
         checked.close(self.asks, reason)
 
     def ask(self, checked: Checked) -> None:

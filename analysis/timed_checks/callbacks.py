@@ -1,7 +1,7 @@
 """Callbacks that can wait forever in a net with times.
 
-A state class from which no class without the callback can be reached holds only states in which it waits for
-ever. Linear classes do not tell the converse, so that every callback can end is proved in another way: no
+A state class from which no class without the callback can be reached holds only states in which it waits
+forever. Linear classes do not tell the converse, so that every callback can end is proved in another way: no
 run stays in it forever.
 """
 

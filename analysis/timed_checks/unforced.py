@@ -25,7 +25,7 @@ class TimedProperties(Properties):
     Parameters
     ----------
     timed : TimedSubject
-        What they are asked of.
+        The model and net of the questions.
     """
 
     def __init__(self, timed: TimedSubject) -> None:

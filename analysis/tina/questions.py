@@ -170,7 +170,7 @@ def _path(net: CompiledNet, place: Workplace, printed: str, goal: str) -> tuple[
 
 
 def _counterexample(place: Workplace, graph: str, text: str) -> str | None:
-    """Let selt write a counterexample; None where it writes none."""
+    """Let selt write a counterexample; None if it writes none."""
     place.run("selt", graph, "-f", text, "-q", "-s", "-wp", "0", "-S", "example.scn")
     try:
         shown = (place.folder / "example.scn").read_text("utf-8", errors="replace")

@@ -122,7 +122,7 @@ class Scout:
 
 
 def short_way(net: CompiledNet, way: Sequence[int]) -> tuple[int, ...]:
-    """Return a way that ends with the same transition, without what that does not need."""
+    """Return a way that ends with the same transition, without firings that it does not need."""
     *before, last = way
     needs, inhibitors = net.pre.row(last), net.inhibitor.row(last)
 
@@ -178,7 +178,7 @@ def _needs(rows: _Rows) -> tuple[dict[int, int], dict[int, float]]:
 
 
 def _loop(net: CompiledNet, prefix: Sequence[int], suffix: Sequence[int]) -> Pumping | None:
-    """Return a proof of growth; None where its loop cannot be repeated, since what grows inhibits it."""
+    """Return a proof of growth; None if its loop cannot be repeated, since what grows inhibits it."""
     markings = replay(net, [*prefix, *suffix])
     start, marking = markings[len(prefix)], markings[-1]
     grown = tuple(p for p, tokens in enumerate(marking) if tokens > start[p])

@@ -117,7 +117,7 @@ def witness_of(
 def witness_to(subject: Subject, trace: Sequence[int]) -> Witness:
     """Return a witness of the marking in which a sequence ends; other orders of its firings lead there, too.
 
-    They are put in an order in which rounds repeat, where that is shorter to read. With times the order
+    They are put in an order in which rounds repeat, if that is shorter to read. With times the order
     stays: another one may have no schedule.
     """
     return witness_of(subject, trace if subject.is_timed else in_rounds(subject.net, trace))
@@ -190,7 +190,8 @@ class Finding:
     witness : Witness or None
         How it comes about.
     circle : tuple of str
-        Those that wait for each other, each for the next and the last for the first, where that is the fault.
+        If the fault is a circle: the participants, each of which waits for the next one, and the last one for
+        the first.
     waits : tuple of Wait
         Why each of them waits, and those that they need besides.
     consequences : tuple of Finding

@@ -104,7 +104,7 @@ def first_cause(witness: Witness, asked: str | None = None, verdict: str | None 
     Returns
     -------
     Cause or None
-        None where the witness has no firing, or what was asked is about more than one run (nested path
+        None if the witness has no firing, or what was asked is about more than one run (nested path
         quantifiers) or is not a condition (tokens that grow without bound).
     """
     if not witness.steps:
@@ -139,7 +139,7 @@ def blocked_cause(witness: Witness, transition: str) -> Cause | None:
     Returns
     -------
     Cause or None
-        None where the transition is enabled, is not known, or there is no firing.
+        None if the transition is enabled, is not known, or there is no firing.
     """
     subject = witness.subject
     assert subject is not None, "witness_of() made it"
@@ -158,7 +158,7 @@ def _formula(asked: str | None) -> Formula | None:
 
 
 def _linear(formula: Formula, verdict: str | None) -> Formula | None:
-    """Return the formula of LTL that a witness violates; None where there is none."""
+    """Return the formula of LTL that a witness violates; None if there is none."""
     wanted = {"violated": ForAll, "holds": Exists}.get(verdict or "")
     if isinstance(formula, QUANTIFIERS):
         if wanted is None or not isinstance(formula, wanted):

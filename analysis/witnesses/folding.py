@@ -1,4 +1,4 @@
-"""Long witnesses made short to read: what repeats is named once; firings are put in an order of rounds."""
+"""Shortens long witnesses: repeated parts are written once, and firings are ordered so that rounds repeat."""
 
 from __future__ import annotations
 
@@ -72,10 +72,10 @@ def _runs(items: Sequence[Hashable], length: int) -> list[int]:
 
 
 def in_rounds(net: CompiledNet, trace: Sequence[int]) -> tuple[int, ...]:
-    """Return the same firings in an order in which rounds repeat, where that is shorter to read.
+    """Return the same firings in an order in which rounds repeat, if that is shorter to read.
 
-    The last firing stays the last one. After some firings comes what came after them before, as long as that
-    is enabled and left to do.
+    The last firing stays the last one. After some firings, the firings that followed them before are
+    repeated while they are enabled and still to be fired.
     """
     trace = tuple(trace)
     if not LEAST_STEPS <= len(trace) <= MOST_STEPS:
@@ -95,7 +95,7 @@ def lines_of(trace: Sequence[int]) -> int:
 
 
 def _ordered(net: CompiledNet, firings: Sequence[int], context: int, is_rare_first: bool) -> list[int] | None:
-    """Fire them in an order of rounds; None where that ends before all are fired.
+    """Fire them in an order of rounds; None if that run ends before all are fired.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
 """Another run to the same fault, in which a few firings repeat: it is shorter to read.
 
 A queue of ten messages is full after many firings, and the ways that engines find fill it differently each
-time. Here a part of such a run is repeated as often as it can be, and the firings around it are removed
-where that still leads to the fault. Each run is fired step by step, so that none is claimed that the net does
+time. Here a part of such a run is repeated as often as it can be, and firings around it are removed if the
+run still leads to the fault. Each run is fired step by step, so that none is claimed that the net does
 not have.
 """
 

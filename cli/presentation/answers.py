@@ -71,7 +71,7 @@ def say_unfairness(unfair: Unfairness, names: Sequence[str]) -> None:
 
 
 def say_needed_fairness(needed: NeededFairness) -> None:
-    """Print the options with which a formula holds that only unfair runs violate."""
+    """If only unfair runs violate a formula: print the options with which it holds."""
     options = [f"--fair {quote(name)}" for name in needed.weak]
     options += [f"--strongly-fair {quote(name)}" for name in needed.strong]
     say(f"  only unfair runs violate it: it holds with {' '.join(options)}")

@@ -210,7 +210,7 @@ class Index:
     # References
 
     def final(self, node: pn.Node) -> pn.Place | pn.Transition | None:
-        """Follow references; None where they end nowhere or run in a circle."""
+        """Follow references; None if they end nowhere or run in a circle."""
         passed: set[pn.Node] = set()
         while isinstance(node, (pn.ReferencePlace, pn.ReferenceTransition)):
             if node in passed or node in self.incomplete:

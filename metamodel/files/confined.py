@@ -59,7 +59,7 @@ class ConfinedFolder:
         self.root = root
 
     def read(self, path: str, limit: int = SIZE_LIMIT) -> bytes | None:
-        """Return the content of a file of at most `limit` bytes; None where there is none."""
+        """Return the content of a file of at most `limit` bytes; None if there is none."""
         with self._parent_of(path) as (folder, name):
             if folder is None:
                 return None
@@ -143,7 +143,7 @@ class ConfinedFolder:
 
     @contextlib.contextmanager
     def _parent_of(self, path: str, *, make: bool = False) -> Iterator[tuple[int | None, str]]:
-        """Open the folder that a path's last part is in; None where it is not there."""
+        """Open the folder that a path's last part is in; None if the file does not exist."""
         if not is_confined(path):
             raise ModelFileError(
                 f"holds no file {path!r}: the path leads out of it", location=Location(self.root)

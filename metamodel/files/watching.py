@@ -19,7 +19,7 @@ LONGEST = 1.0
 """Seconds between two looks where the system tells of changes."""
 
 LONGEST_BLIND = 0.15
-"""Seconds between two looks where it does not, because it cannot, or the folder is not there yet."""
+"""Seconds between two checks if the system does not report changes, or the folder does not exist yet."""
 
 # Of sys/inotify.h.
 _MODIFY, _MOVED_TO, _CREATE, _ONLY_FOLDERS = 0x2, 0x80, 0x100, 0x01000000
@@ -54,7 +54,7 @@ class FolderWatch:
 
     @property
     def descriptors(self) -> list[int]:
-        """What is readable once something has changed since the last `forget`; empty where nothing tells."""
+        """What is readable once something has changed since the last `forget`; empty if nothing tells."""
         return [] if self._descriptor < 0 else [self._descriptor]
 
     @property

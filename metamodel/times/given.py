@@ -111,7 +111,7 @@ def default_times(element: EObject | None) -> sym.DefaultTimes:
 
 
 def duration_of(page: sym.CallbackPage) -> pn.TimeInterval | None:
-    """Return how long a run of a callback takes a processor; None where that is open.
+    """Return how long a run of a callback takes a processor; None if that is open.
 
     A callback in which a transition has an interval says so itself: the model's duration is not for it.
     """
@@ -123,7 +123,7 @@ def duration_of(page: sym.CallbackPage) -> pn.TimeInterval | None:
 
 
 def period_of(page: sym.CallbackPage) -> float | None:
-    """Return the period of a timer in seconds; None where that is open: it may tick at any time.
+    """Return the period of a timer in seconds; None if it is unknown: the timer may tick at any time.
 
     It is open if the period is only assumed, and if the node is invented: it then stands for unknown
     nodes at the other end of a channel.
@@ -200,7 +200,7 @@ def gives_up_in_time(client: sym.ClientPort) -> bool:
 
 
 def reaction_of(node: sym.NodeNet) -> pn.TimeInterval | None:
-    """Return how long the engine of a node takes to fire; None where that is open."""
+    """Return how long the engine of a node takes to fire; None if that is open."""
     return node.reaction if node.reaction is not None else default_times(node).reaction
 
 

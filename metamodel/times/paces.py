@@ -1,7 +1,7 @@
 """How often the steps of a callback can put tokens on a place, by their own intervals.
 
 A loop that publishes and sleeps has a step that takes at least the time of the sleep. A transition has one
-clock, which begins anew when it has fired. So two firings of it are at least its earliest time apart, in one
+clock, which restarts when it has fired. So two firings of it are at least its earliest time apart, in one
 run or in two, and a closed window of the length w holds at most ``floor(w / earliest) + 1`` of them.
 
 Each slot of an action has a copy of the page, with clocks of its own. Where several runs share a transition,

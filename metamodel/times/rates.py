@@ -133,7 +133,7 @@ def publishes_without_end(
 
 @once
 def _publications(writer: sym.PublisherPort, window: Fraction, asked: frozenset[object]) -> int | None:
-    """Return how many messages a port can publish in a window; None where nothing bounds it.
+    """Return how many messages a port can publish in a window; None if nothing bounds it.
 
     Only an executor runs callbacks one after another. Messages can gather in the engine of a node net and
     leave all at once, unless each of them takes a tick or a message.
@@ -208,7 +208,7 @@ def _taken(place: pn.Place, window: Fraction, asked: frozenset[object]) -> int |
 
 
 def _runs(page: sym.CallbackPage, window: Fraction, asked: frozenset[object]) -> int | None:
-    """Return how many runs of a callback can overlap a closed window; None where nothing bounds it."""
+    """Return how many runs of a callback can overlap a closed window; None if nothing bounds it."""
     at_once = runs_at_once(page)
     bounds = [_by_duration(page, window, at_once)]
     if page not in asked:

@@ -52,7 +52,7 @@ def goals_ended(page: sym.CallbackPage) -> tuple[Ended, ...] | None:
     if model is None or page.kind != sym.CallbackKind.client or not runs_callbacks(node_net_of(page)):
         return None
     if any(node.lifecycle is not None for node in node_nets(model)):
-        return None  # where nodes come and go, goals end in other ways
+        return None  # when nodes come and go, goals end in other ways
     counts = goal_counts(model)
     found = []
     for client, names in (_called_by(page) or {}).items():

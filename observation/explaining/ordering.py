@@ -136,8 +136,8 @@ class Ordering:
     def trail(self) -> tuple[State, list[str], bool]:
         """Return the state before the last messages, their topics in one order, and whether they are all.
 
-        Of several orders of the same messages one is remembered. If later messages fit only to another one,
-        the messages before it are omitted.
+        If several orders have the same messages, one order is stored. If later messages fit only to another
+        one, the messages before it are omitted.
         """
         way = self._ways[min(self._ways, key=int.bit_count)]
         last = _remembered(way)

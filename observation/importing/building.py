@@ -30,7 +30,7 @@ class Imported:
     unseen : tuple of str
         Names of invented nodes: they represent unknown nodes at the other end of a channel.
     left_out : tuple of str
-        What was seen and a model cannot hold, a line each.
+        What was observed and cannot be modelled, a line each.
     recorded : tuple of str
         Recorded topics and services of which nothing is given: nobody knows whose they are.
     unused : tuple of str

@@ -33,8 +33,8 @@ class NodeBuilder(Abilities):
     is_unseen : bool
         Whether it was not observed and represents unknown nodes.
     is_partial : bool
-        Whether the system may have other nodes. Then a server that nobody has seen answers; else it never
-        does.
+        Whether the system may have other nodes. Then an invented server answers; otherwise, no server ever
+        answers.
     """
 
     def build(self) -> sym.NodeNet:

@@ -25,8 +25,8 @@ def to_be_given(imported: Imported, system: ObservedSystem, model: Path) -> str:
         f"# Facts about {model.name} that a graph or a recording does not show. Each line has the assumed "
         "value.",
         "# is said. Take away the # of a line, and of its [table], say what is true, and import once more.",
-        "# What a callback does is said in order, as ['call /pose', 'publish /map ?', 'publish /log *']:",
-        "# once, once or not at all (?), any number of times (*). Where nothing is said, the order is open.",
+        "# The actions of a callback, in order, as ['call /pose', 'publish /map ?', 'publish /log *']:",
+        "# once, once or not at all (?), any number of times (*). Without an entry, the order is unknown.",
     ]
     for node, found in groupby(imported.assumed, key=lambda each: each.node):
         lines += ["", f'# [node."{node}"]']

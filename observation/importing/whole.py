@@ -49,10 +49,10 @@ class Whole:
     nodes : tuple of ObservedNode
         The nodes, including those that represent unknown nodes.
     unseen : frozenset of str
-        Names of nodes that nobody has seen: they stand for whoever publishes a recorded topic, or would serve
-        what nobody serves.
+        Names of invented nodes: unknown publishers of a recorded topic, or servers of a service without a
+        known server.
     left_out : tuple of str
-        What was seen and is left out, a line each.
+        What was observed and is left out, a line each.
     """
 
     nodes: tuple[ObservedNode, ...]

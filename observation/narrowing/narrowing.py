@@ -36,7 +36,7 @@ class Narrowed:
     dropped : tuple of Proposal
         What was accepted, and taken back: with it no run would show the recording.
     verdict : RecordingVerdict
-        That the model explains the recording; unknown where that could not be found out.
+        That the model explains the recording; unknown if it could not be decided.
     times, unheld : tuple of TimeProposal
         Accepted times that callbacks of the model have, and those of callbacks that it does not have.
     """

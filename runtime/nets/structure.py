@@ -26,7 +26,7 @@ from dineros.runtime.nets.port_reading import PagePort, PortReading, served_page
 from dineros.runtime.nets.ports import Ports
 
 Clause = tuple[tuple[tuple[int, SignalSetting, bool], ...], ...]
-"""Disjunctions of literals: a signal's index, what it is compared with, and whether it is not to be that."""
+"""Disjunctions of literals: a signal's index, the value it is compared with, and whether it must differ."""
 
 
 @dataclass(frozen=True)

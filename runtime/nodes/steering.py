@@ -55,7 +55,7 @@ class Steerable(Protocol):
         """Return its outlook; quickly, even while a handler blocks it."""
 
     def set_signals(self, values: Mapping[str, SignalSetting], source: str) -> None:
-        """Set input signals at once, by id; none is set where that raises a `DinerosError`."""
+        """Set input signals at once, by id; if that raises a `DinerosError`, none is set."""
 
     def pause(self, reason: str) -> None:
         """Stop firing until `proceed`; tokens and signals still arrive."""

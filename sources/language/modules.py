@@ -78,8 +78,8 @@ class Modules:
     def find(self, name: str, by: Module) -> str | None:
         """Return the path of the module that an absolute name imports; None: outside of the folder.
 
-        Of several files with one name, the one nearest to the importing file is used, then the one in the
-        outermost folder.
+        If several files have the same name, the one nearest to the importing file is used, then the one in
+        the outermost folder.
         """
         if name.partition(".")[0] in sys.stdlib_module_names:
             return None

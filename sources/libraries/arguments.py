@@ -25,8 +25,8 @@ _KINDS = {
 def type_of(value: Value | None, entity: str = "") -> str:
     """Return the ROS type of a class: ``std_msgs/msg/String``; open where it is none, or not known.
 
-    Of several, the one that fits the kind of the entity is taken: a name may be of any module all of whose
-    names are imported.
+    If there are several, the one that fits the kind of the entity is used: after `import *`, a name may be
+    of any such module.
     """
     if isinstance(value, Either):
         found = [type_of(each) for each in value.options]

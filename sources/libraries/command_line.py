@@ -29,7 +29,7 @@ def call_parser(
 ) -> Value | None:
     """Call a method of a parser; None: it does nothing to its options.
 
-    An option of which the program says the default has that value, as a setting that people may change.
+    An option has the default of the program, as a setting that can be changed.
 
     Parameters
     ----------

@@ -36,7 +36,7 @@ class Expression:
     many : bool
         Whether `evaluate` returns a list.
     location : Location
-        Where the rule has it; a part of another expression has that one's.
+        Its line in the rule; a part of another expression has the line of that one.
     """
 
     eclass: type[EObject] | None = None

@@ -297,7 +297,7 @@ class E6(StandardRule, phase=Phase.beginnings, middleware="ros2"):
 
 
 class E6Exclusive(StandardRule, phase=Phase.exclusion, middleware="ros2"):
-    """The client's exclusive group must be free, too, where that callback is in none, or in another one."""
+    """The client's exclusive group must be free, too, if that callback is in none, or in another one."""
 
     client = Node(sym.ClientPort)
     page = Node(sym.CallbackPage, of=Callback(client.response))

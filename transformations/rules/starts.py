@@ -66,7 +66,7 @@ class D2Start(StandardRule, phase=Phase.beginnings, middleware="ros2", times=Tru
 
 
 class D2Needs(StandardRule, phase=Phase.beginnings, middleware="ros2", times=True):
-    """It starts only if its first transition can happen, and takes what that needs."""
+    """It starts only if its first transition is enabled, and takes the tokens which that one needs."""
 
     page = Node(sym.CallbackPage, kind="timer")
     move = Node(pn.Transition, of=Beginnings(page))

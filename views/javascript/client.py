@@ -66,7 +66,7 @@ class Layouter:
         return process.pid if process is not None else None
 
     def evaluate(self, scripts: Sequence[str], function: str, *arguments: Any) -> Any:
-        """Call a function of JavaScript; where it returns a promise, wait for what that promises.
+        """Call a function of JavaScript; if it returns a promise, wait for its value.
 
         Parameters
         ----------

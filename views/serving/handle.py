@@ -90,7 +90,7 @@ def serve_page(
     longest_message : int
         Bytes of what a page may send at once.
     leave : callable, optional
-        What is done before the server ends.
+        Called before the server ends.
 
     Raises
     ------

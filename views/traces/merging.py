@@ -31,7 +31,7 @@ class Merger:
     nodes : iterable of str
         The nodes whose records will come; a message of any other node does not wait.
     expected : set of (str, str), optional
-        All messages that are sent, where that is known: what receives another one waits for nothing.
+        All messages that are sent, if known: a record that receives another message does not wait.
     """
 
     def __init__(self, nodes: Iterable[str], expected: set[tuple[str, str]] | None = None) -> None:

@@ -154,7 +154,7 @@ class _Maker:
         return IntegerNet(CompiledNet.build(self._places, self._transitions), self._now, end, firing)
 
     def _fire(self, transition: int) -> tuple[str, ...]:
-        """Add what fires a transition, and sets back the counters of what that disables.
+        """Add a transition for a firing, which also resets the counters of the transitions that it disables.
 
         Returns
         -------
@@ -205,7 +205,7 @@ class _Maker:
         return tuple(each.name for each in self._transitions[begins : begins + len(first)])
 
     def _ticks(self, clock: _TransitionCounter) -> Iterator[_Case]:
-        """What a unit of time does to a counter; nothing where it would pass the latest bound."""
+        """What a unit of time does to a counter; nothing if the counter would exceed the latest bound."""
         conditions = self._enabled(clock.transition)
         if clock.top:
             yield _Case({clock.rest: 1}, {clock.count: 1}, conditions.reads, conditions.inhibitors)

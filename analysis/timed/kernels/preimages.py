@@ -114,7 +114,7 @@ def are_apart(one, clocks, other):  # type: ignore[no-untyped-def]
 def needed_bounds(matrix, clocks, other, facets, room):  # type: ignore[no-untyped-def]
     """Write which bounds of another matrix cut a class, without those that follow from the rest.
 
-    Only these may cut it: a bound that follows may cut where it does not matter.
+    Only these may cut it: an implied bound may cut at an irrelevant place.
 
     Returns
     -------

@@ -56,7 +56,7 @@ def reduce_timed(net: TimedNet, observed: Iterable[str] = (), budget: Budget = U
         Names of places and transitions that stay. A formula that asks whether a transition is enabled
         observes it and the places around it.
     budget
-        Its time; where that runs out, the net is what the rules have made of it until then.
+        Its time; if it runs out, the net is the result of the rules applied so far.
 
     Raises
     ------

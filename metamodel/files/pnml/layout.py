@@ -181,7 +181,7 @@ class Layout:
 
 
 def graphics_xml(graphics: pn.Graphics) -> etree._Element | None:
-    """Return ``<graphics>``, or None where reading it again would not give the same."""
+    """Return ``<graphics>``, or None if reading it again would not give the same."""
     style = graphics.style
     if not all(_is_finite(point) for point in [*graphics.positions, graphics.dimension, graphics.offset]):
         return None
@@ -239,7 +239,7 @@ def _tool_infos_xml(infos: list[pn.ToolInfo]) -> list[etree._Element] | None:
 
 
 def _tool_info_xml(info: pn.ToolInfo) -> etree._Element | None:
-    """Return the block, or None where reading it again would not give the same."""
+    """Return the block, or None if reading it again would not give the same."""
     if info.content is None:
         xml = etree.Element(tag("toolspecific"), tool=info.tool or "", version=info.version or "")
     else:

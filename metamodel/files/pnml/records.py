@@ -24,7 +24,7 @@ class Extension:
     own: etree._Element | None = None
 
     def text(self, name: str) -> str | None:
-        """Return the text of a field, or None where it is absent or blank."""
+        """Return the text of a field, or None if it is absent or blank."""
         xml = self.fields.get(name)
         return None if xml is None else text_of(xml) or None
 
@@ -57,7 +57,7 @@ class NodeRecord(Record):
     kind: str = "place"
     ref: str | None = None
     tokens: int | None = None
-    """Of a place: the initial marking, None where the file says none."""
+    """Of a place: the initial marking, None if the file says none."""
     capacity: int | None = None
     interval: Interval | None = None
 
@@ -169,6 +169,6 @@ def items(xml: etree._Element | None, name: str) -> list[etree._Element]:
 
 
 def item_text(xml: etree._Element, name: str) -> str | None:
-    """Return the text of a child, or None where it is absent or blank."""
+    """Return the text of a child, or None if it is absent or blank."""
     inner = child(xml, name)
     return None if inner is None else text_of(inner) or None

@@ -161,7 +161,7 @@ def canonical(element: etree._Element) -> str:
 
 
 def parse_fragment(text: str) -> etree._Element | None:
-    """Parse one XML element from text, or return None where it is not one."""
+    """Parse one XML element from text, or return None if it is not one."""
     parser = etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False)
     try:
         root = etree.fromstring(text, parser)

@@ -33,7 +33,7 @@ _CALLBACK_TYPE = {kind: name for name, kind in CALLBACK_TYPES.items()}
 
 
 class ExtensionWriter:
-    """Adds blocks of the extension; methods for elements return the features that are said by them."""
+    """Adds blocks of the extension; methods for elements return the features that these blocks store."""
 
     def __init__(self, version: Version, refer: Callable[[EObject], str]) -> None:
         self._version = version

@@ -178,7 +178,7 @@ class TreeReader:
     def _read_child(
         self, child: etree._Element, element: EObject, information: ModelClass, given: set[str]
     ) -> ModelClass | None:
-        """Return the class of a contained object; None where the child was a value and is read."""
+        """Return the class of a contained object; None if the child was a value and is read."""
         feature = information.features.get(child.tag)
         if feature is None or feature.kind is Kind.NOT_STORED:
             raise self._unknown(child, information, child.tag)

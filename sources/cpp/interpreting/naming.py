@@ -9,7 +9,7 @@ from dineros.sources.facts import Place, is_open
 
 
 def private(name: str) -> str:
-    """Return a name with ``~`` for the name of the node, where that is not known."""
+    """Return a name with ``~`` for the name of the node if the latter is unknown."""
     own = f"{{{OWN_NAME}}}/"
     return f"~/{name.removeprefix(own)}" if name.startswith(own) else name
 

@@ -137,7 +137,7 @@ class E6Answer(StandardRule, phase=Phase.beginnings, middleware="ros2"):
 
 
 class E6AnswerExclusive(StandardRule, phase=Phase.exclusion, middleware="ros2"):
-    """The client's exclusive group must be free, too, where that callback is in another one."""
+    """The client's exclusive group must be free, too, if that callback is in another one."""
 
     client = Node(sym.ActionClientPort)
     heard = Made(Heard, of=client)

@@ -61,7 +61,7 @@ class A5(StandardRule, phase=Phase.outcomes):
 
 
 class A5Tell(StandardRule, phase=Phase.outcomes):
-    """A slot tells the client whose goal it has; where that does not listen, what it tells is gone."""
+    """A slot tells the client whose goal it has; if the client does not listen, the message is discarded."""
 
     action = Node(sym.ActionChannel)
     client = Node(sym.ActionClientPort, channel=action)

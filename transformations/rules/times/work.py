@@ -86,7 +86,7 @@ class D2Feedback(StandardRule, phase=Phase.timing, middleware="ros2", times=True
 
 
 class D2(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """A callback with a duration that never waits works as long as that says, from its beginning on."""
+    """A callback that has a duration and never waits works for that duration, from its beginning."""
 
     page = Node(sym.CallbackPage)
     running = Made(E3.running, of=page)

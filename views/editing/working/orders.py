@@ -62,7 +62,7 @@ def order_of(said: Mapping[str, Any], beside: Path) -> Order:
     Parameters
     ----------
     said : mapping
-        ``kind``, and what that kind takes.
+        ``kind``, and the arguments of that kind.
     beside : Path
         The folder of the model: generated files are written there.
 

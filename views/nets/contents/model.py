@@ -183,7 +183,7 @@ class Edge:
     kind : EdgeKind
         What it is.
     label : str
-        Weight, client or queue limit; empty where there is nothing to say.
+        Weight, client or queue limit; empty if there is nothing to say.
     weight : int
         Weight of an arc.
     also : str or None

@@ -18,7 +18,7 @@ def _name(token_type: sym.TokenType | None) -> str:
 
 
 def _disagreement(places: Iterable[pn.Node | None], index: Index) -> str | None:
-    """Return two places whose tokens have different types, in words; None where all agree."""
+    """Return two places whose tokens have different types, in words; None if all agree."""
     there = [place for place in places if place is not None]
     for place in there[1:]:
         first, other = index.token_type_of(there[0]), index.token_type_of(place)
@@ -94,7 +94,7 @@ def channel_type_of_tokens(channel: sym.Channel, index: Index) -> Outcome:
     guard=lambda token_type, index: token_type.ros is not None,
 )
 def ros_message_known(token_type: sym.TokenType, index: Index) -> Outcome:
-    """The ROS message that a token type names is one of its package, where that is installed."""
+    """The ROS message that a token type names is one of its package, if the package is installed."""
     try:
         installed_fields(token_type.ros or "")
     except UnknownInterfaceError as error:
@@ -119,7 +119,7 @@ def ros_message_has_fields(token_type: sym.TokenType, index: Index) -> Outcome:
     guard=lambda transition, index: bool(_others(index)),
 )
 def type_change_has_handler(transition: pn.Transition, index: Index) -> Outcome:
-    """A transition takes a token of each type that it puts; where it does not, its handler makes the data."""
+    """A transition takes a token of each type that it puts; if not, its handler makes the data."""
     table = index.once("arcs of transitions", lambda: _arcs(index))
     inputs, outputs, reads = table.get(transition, ({}, {}, []))
     goes_on = passing(list(inputs.items()), list(outputs.items()), reads, index.token_type_of)

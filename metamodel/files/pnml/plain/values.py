@@ -49,7 +49,7 @@ _COLOURED = re.compile(r"[^,]+,\s*\d+(?:\s*,\s*[^,]+,\s*\d+)*")
 
 
 class Interval(NamedTuple):
-    """A firing interval: bounds in the file's unit of time, `latest` None where it is unbounded."""
+    """A firing interval: bounds in the file's unit of time, `latest` None if it is unbounded."""
 
     earliest: float
     latest: float | None
@@ -137,7 +137,7 @@ def check_labels(xml: etree._Element, source: Source) -> None:
 
 
 def tokens_of(place: etree._Element, source: Source) -> int | None:
-    """Return the initial marking of a place, or None where it says none."""
+    """Return the initial marking of a place, or None if it says none."""
     label = only(place, "initialMarking", source)
     text = label_text(label, source) if label is not None else ""
     attribute = place.get("initialMarking")
@@ -152,7 +152,7 @@ def tokens_of(place: etree._Element, source: Source) -> int | None:
 
 
 def capacity_of(place: etree._Element, source: Source) -> int | None:
-    """Return the capacity of a place, or None where it has none."""
+    """Return the capacity of a place, or None if it has none."""
     label = only(place, "capacity", source)
     attribute = place.get("capacity")
     text = label_text(label, source) if label is not None else ""
