@@ -205,7 +205,7 @@ PARTS: dict[str, Callable[[], None]] = {
     "search, growing": _search_growing,
     "walks": _walks,
 }
-"""What is compiled by a process of its own, the longest first."""
+"""The parts that are compiled by separate processes, the longest first."""
 
 
 if __name__ == "__main__":

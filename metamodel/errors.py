@@ -31,9 +31,9 @@ def without_middle(line: str) -> str:
 def printable(text: str) -> str:
     r"""Return a text as one line that steers no terminal.
 
-    What files hold is data: a line break would begin a line that looks like one of ours, an escape sequence
-    would steer the terminal, and a mark of direction would change the order of what is read. Each is shown as
-    Python writes it, such as ``\n``. Tabs stay.
+    The content of files is data: a line break would begin a line that looks like one of ours, an escape
+    sequence would steer the terminal, and a mark of direction would change the order of what is read. Each is
+    shown as Python writes it, such as ``\n``. Tabs stay.
     """
     if text.isprintable():
         return text

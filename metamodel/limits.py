@@ -1,7 +1,7 @@
 """Limits of sizes: numbers of a model that cost memory or time, and how large they may be.
 
-A file of a few kilobytes can ask for two thousand million tokens. What is usual passes; what is large gets a
-warning from `validate`; what is larger than the limit is refused, before anything is made. A user who needs
+A file of a few kilobytes can ask for two thousand million tokens. Usual sizes are accepted; for large ones,
+`validate` warns; a size above the limit is an error, before any object is created. A user who needs
 more raises the limit, by ``--limit NAME=NUMBER`` or ``DINEROS_LIMITS=NAME=NUMBER,..`` in the environment,
 which processes that are started inherit.
 """

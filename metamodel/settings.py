@@ -19,8 +19,8 @@
 ==========================================  =========================================================
 
 A channel also answers to its topic, service or action. Where the names of elements contain dots, the longest
-that fits is meant. Ids and other references cannot be set. What has no value by default loses the one it has
-by an empty text: ``Pick.instances=``.
+that fits is meant. Ids and other references cannot be set. An empty text removes the value of a feature
+that has no default: ``Pick.instances=``.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Interfaces that a folder defines in ``.msg``, ``.srv`` and ``.action`` files (design of ROS 2, Interfaces).
 
 The parts of a service or an action are named as ROS 2 names their messages: ``arm_msgs/srv/Grip_Request``,
-``arm_msgs/srv/Grip_Response``, ``arm_msgs/action/Move_Goal``, ``..._Result`` and ``..._Feedback``. What is
-not in the folder is looked up among the installed packages.
+``arm_msgs/srv/Grip_Response``, ``arm_msgs/action/Move_Goal``, ``..._Result`` and ``..._Feedback``. Types
+that are not in the folder are looked up in the installed packages.
 """
 
 from __future__ import annotations

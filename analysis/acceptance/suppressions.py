@@ -28,7 +28,7 @@ UNUSED = Fault(
     "the suppression of {rule} at {element} suppresses nothing{why}",
 )
 FAULTS = (EXPIRED, UNUSED)
-"""What is found of suppressions themselves; both are always printed."""
+"""Findings about suppressions themselves; both are always printed."""
 
 
 @dataclass(frozen=True)

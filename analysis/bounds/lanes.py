@@ -33,10 +33,10 @@ is in the n-th later result at the latest. Its callback begins at most n * W + (
 timer's callback, of which one tick waits, after W + the work of the other timers, which go before messages.
 
 **Several threads.** A callback that could run waits for a thread only while all m threads work on other
-lanes. What they work on in a window of the length S was released at most their response time before it. So
-this takes at most ``sum within_j(S + R_j) * C_j / m`` of the window, for j in other lanes; it takes nothing
-if less than m runs of other lanes can overlap at all. A lane of which nothing is known may always have a
-thread. A reentrant callback waits for nothing else.
+lanes. The runs that they work on in a window of length S were released at most their response time before it.
+So this takes at most ``sum within_j(S + R_j) * C_j / m`` of the window, for j in other lanes; it takes
+nothing if less than m runs of other lanes can overlap at all. A lane of which nothing is known may always
+have a thread. A reentrant callback waits for nothing else.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ class Waited:
     delay: int
 
     def least(self, other: Waited) -> Waited:
-        """Return what holds if both hold."""
+        """Return the conjunction."""
         return Waited(*map(min, zip(astuple(self), astuple(other), strict=True)))
 
 

@@ -163,7 +163,7 @@ _Marking = frozenset[tuple[pn.Place, int]]
 
 @dataclass
 class _WaysOnward:
-    """What the ways onward from a marking of a run have in common."""
+    """Common properties of the continuations from a marking of a run."""
 
     latest: Fraction = Fraction(0)
     earliest: Fraction | None = None
@@ -309,7 +309,7 @@ class _WorkRun:
                 found.puts[place] = max(found.puts[place], puts[place] + onward.puts[place])
 
     def _require_onward(self, steps: list[pn.Transition]) -> None:
-        """Refuse a marking in which what others do can keep the run back."""
+        """Reject a marking in which other callbacks can delay the run."""
         if any(self._is_free(each) for each in steps):
             if self.given is None and not all(self._is_free(each) for each in steps):
                 raise NotBoundedError(f"{self.name} may have to wait for other callbacks")

@@ -12,7 +12,7 @@ from dineros.metamodel.elements import node_net_of
 Kind = Literal["callback", "response", "result", "group", "thread", "place"]
 
 HELD = ("group", "thread", "place")
-"""Kinds of what callbacks hold, or give."""
+"""Kinds of resources that callbacks hold or provide."""
 
 MOST_NAMED = 4
 """Further reasons that a text names; JSON has all of them."""
@@ -121,7 +121,7 @@ class Circle:
 
 
 class _Words:
-    """What a text says of those in a circle: in full where they come first, by their names after that."""
+    """The texts for the members of a circle: in full at the first mention, by name after that."""
 
     def __init__(self, circle: Circle) -> None:
         self._reasons = {reason.waiter: reason for reason in circle.reasons}
@@ -161,7 +161,7 @@ class _Words:
         return ", or ".join(parts)
 
     def _held(self, waiter: Waiter) -> str:
-        """Return what it needs, each with those that hold it, or that would give it."""
+        """Return the resources that it needs, each with the callbacks that hold or would provide it."""
         by_holders: dict[tuple[Waiter, ...], list[Waiter]] = {}
         reason = self._reasons[waiter]
         for need in (each for each in reason.needs if each.kind in HELD):

@@ -1,7 +1,7 @@
 """Callbacks that always end, or not, decided on a part of the net that grows only as far as it has to.
 
-A part is some places and the transitions that change them. What other places would allow is not asked, so
-that the part reaches all markings that the net does, and maybe more. A transition that takes from places of
+A part is some places and the transitions that change them. Conditions on other places are ignored, so that
+the part reaches all markings that the net does, and maybe more. A transition that takes from places of
 the part only is *certain*: in the net it can fire wherever it can in the part. So a callback always ends
 where certain transitions alone can end it from each marking of the part; and it never ends where no
 transition of the part can end it, in a marking that the net reaches. Elsewhere the part is too small: what

@@ -1,10 +1,11 @@
 """Callbacks that can wait forever, found on the way, where not all markings can be seen.
 
-A circle that has closed stays closed, so that a run which goes anywhere long enough ends in one. That a
-callback never ends from a marking on is proved there by what the net can still do at most: a transition can
-fire again only if each of its places holds enough, or something that can fire puts tokens there. Nothing is
-taken away in that, so that what is out of reach then is out of reach in the net (the relaxed reachability of
-J. Hoffmann, B. Nebel, *The FF planning system*, JAIR 14, 2001). What is not found may be there all the same.
+A circle that has closed stays closed, so that a run which goes anywhere long enough ends in one. A proof
+that a callback never ends from a marking uses an upper bound of the transitions that can still fire: a
+transition can fire again only if each of its places holds enough, or something that can fire puts tokens
+there. Nothing is taken away in that, so that what is out of reach then is out of reach in the net (the
+relaxed reachability of J. Hoffmann, B. Nebel, *The FF planning system*, JAIR 14, 2001). Circles that are not
+found may exist.
 """
 
 from __future__ import annotations

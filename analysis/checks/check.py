@@ -1,6 +1,6 @@
 """Every question with a yes/no answer that can be asked of any model (paper, Sect. 7).
 
-What costs little comes first: the properties of the model, each for a while, and the growth of tokens. The
+Cheap questions come first: the properties of the model, each for a while, and the growth of tokens. The
 complete state space of the net without signals answers most other questions at once; a witness is then
 searched breadth first, so that it is a shortest one. If the space is expensive, what a short search and
 walks find is reported first, and a smaller net may answer instead; if it is infinite, the search answers what

@@ -2,11 +2,11 @@
 
 A transition *waits* in a dead marking where a token arrived at one of its inputs but something else is
 missing. A token that was there from the start, a free place of a queue, or an instance without a request is
-at rest and waits for nothing. What is missing would be made by other transitions, which lack something in
-turn: if that leads to another waiting transition, the first one is a consequence. What is left, alone
-or in a circle, is the cause. What a node would do that was shut down waits for nothing: it ends with its
-node. Dead markings in which the same transitions wait for the same places are one group; server instances are
-alike.
+at rest and waits for nothing. Missing tokens would be made by other transitions, which lack tokens in
+turn: if that leads to another waiting transition, the first one is a consequence. The remaining
+transitions, alone or in a circle, are the cause. The transitions of a node that was shut down do not wait:
+they end with their node. Dead markings in which the same transitions wait for the same places are one group;
+server instances are alike.
 
 Where nothing waits, the application has come to rest. That is as it should be where the final condition of
 the model holds, or, if it states none, where each node rests in final places. A place is final if it is of

@@ -105,7 +105,7 @@ class Properties(Question):
 
         shown = f"property {label(property)}"
         checked.budget.stage(f"whether {shown} holds")
-        # What is open after a short while is asked again.
+        # Questions that are open after a short time are asked again.
         with checked.guarded(None if is_first else partial(self._leave_open, checked, property)):
             checked.budget.check_time()
             try:

@@ -191,7 +191,7 @@ class Checked:
         return f"an internal error: {type(error).__name__}{': ' if text else ''}{text} ({REPORT_IT})"
 
     def close(self, question: str, reason: str) -> None:
-        """End with a question that is not decided: what follows needs a state space."""
+        """End with an undecided question: the next steps need a state space."""
         self.leave_open(question, reason)
         self.is_closed = True
 

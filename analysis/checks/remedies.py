@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def remedy_text(subject: Subject, remedy: Remedy) -> str:
-    """Return what has to be added: a capacity, an acknowledgement, the end of a count."""
+    """Return the necessary addition: a capacity, an acknowledgement, the end of a count."""
     parts = []
     if len(remedy.weights) == 1:
         (place,) = remedy.weights

@@ -22,7 +22,7 @@ class Repetition(Question):
     """What can happen again and again: liveness, reversibility, home markings.
 
     Few applications are live, so what fails is a note, no fault. Losing messages forever is not part of being
-    live. What needs more than the work given stays unknown.
+    live. Answers that need more than the given work stay unknown.
     """
 
     NOT_LIVE = Fault(

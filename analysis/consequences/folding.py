@@ -4,9 +4,9 @@ A fault is a consequence of another one if it disappears in a model in which tha
 questions are asked again for that model. It stays a finding of its own where it is found again, where a
 question is left open there, and where no change is known that mends the cause. A message that is lost is
 found again where the run that loses it can be replayed. That a part is never used is disproved by a run of
-the mended model which uses it; only what no run settles needs all its markings. What disappears only if
-several causes are mended together is listed under the first of them, and names the others. A callback that
-never ends is a cause, and may be a consequence of another one.
+the mended model which uses it; only what no run settles needs all its markings. A fault that disappears
+only if several causes are repaired together is listed under the first of them, and names the others. A
+callback that never ends is a cause, and may be a consequence of another one.
 """
 
 from __future__ import annotations
@@ -41,10 +41,10 @@ MEND_SHARE = 0.6
 """The share of it for the search for a change that removes a cause."""
 
 HIDDEN_SHARE = 0.6
-"""Part of what is left then that the search may take for circles that are found only if others are mended."""
+"""Share of the remaining budget for circles that are found only if others are repaired."""
 
 TOGETHER_SHARE = 0.5
-"""Part of what is left then that the search for the fewest causes may take which must be mended together."""
+"""Share of the remaining budget for the search for few causes that must be repaired together."""
 
 LEAST_SECONDS, TIMES = 30.0, 4.0
 """Without a limit of time, asking again may take so long, or so many times what the check took."""
@@ -127,7 +127,8 @@ class _Folding:
         """Ask again where each of the causes is mended, and where all of them are."""
         found: dict[int, list[Finding]] = {id(cause): [] for cause in causes}
         mended: list[_Mended] = []
-        # A cause has a part of the time, and once more of what the others leave if that was not enough.
+        # A cause has a share of the time, and a second one of the time that the others leave if the first was
+        # not enough.
         open_causes = self._round(causes, found, mended)
         if open_causes and not self._budget.is_over:
             self._round(open_causes, found, mended)
@@ -238,7 +239,7 @@ class _Folding:
         return out_of_time
 
     def _gone(self, mended: Sequence[_Mended], budget: Budget) -> list[Finding]:
-        """Return what disappears where causes are mended, and take it out of what is left."""
+        """Take out of the remaining faults those that disappear if causes are repaired; return them."""
         gone = self._asked(mended, self._left, budget)
         self._left = [each for each in self._left if not _is_in(each, gone)]
         return gone
@@ -320,5 +321,5 @@ def _asking(rules: Collection[str]) -> list[Question]:
 
 
 def key_of(finding: Finding) -> _Key:
-    """Return what tells a fault from others of a model."""
+    """Return the key that distinguishes a fault from others of a model."""
     return finding.rule, finding.elements

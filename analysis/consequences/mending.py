@@ -53,7 +53,7 @@ Mend = Callable[[sym.SystemModel], None]
 
 
 def mend_of(model: sym.SystemModel, finding: Finding, budget: Budget) -> Mend | None:
-    """Return what takes a fault out of a model; None if no such change is known.
+    """Return the change that removes a fault from a model; None if no such change is known.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ def is_effect(finding: Finding) -> bool:
 
 
 def is_proved(rule: str) -> bool:
-    """Return whether a mend of a fault of this kind is known to be one: by a proof, or by what it changes."""
+    """Return whether a change is known to remove a fault of this kind: by a proof, or by its nature."""
     return rule in (Callbacks.CIRCLE.rule, Matching.NOT_MATCHED.rule, Clauses.UNSATISFIABLE.rule)
 
 

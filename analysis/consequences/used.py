@@ -24,8 +24,8 @@ def used_in_runs(subject: Subject, some: Sequence[Finding], budget: Budget) -> l
 def disproved(subject: Subject, fired: Collection[int], some: Sequence[Finding]) -> list[Finding]:
     """Return which of some faults, that parts are never used, are none as some transitions can fire.
 
-    What was not met may happen all the same. So a fault is disproved only if nothing at all would be found of
-    its element: a service that no run called is not one that returns.
+    A transition that did not fire in them may still fire. So a fault is disproved only if nothing at all
+    would be found of its element: a service that no run called is not one that returns.
 
     Parameters
     ----------

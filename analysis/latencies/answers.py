@@ -35,7 +35,7 @@ End = sym.CallbackPage | sym.TopicChannel
 _CHAIN_KEYS = ("lost", "reaction", "age")
 _OF_CHAINS: tuple[Asks, ...] = ("reaction", "age")
 RELEASED = {sym.CallbackKind.timer, sym.CallbackKind.subscriber, sym.CallbackKind.server}
-"""Callbacks that are released by what comes from outside of their node."""
+"""Callbacks that are released by messages from other nodes."""
 
 
 @dataclass(frozen=True)
@@ -315,7 +315,7 @@ class Latencies:
         return Latency(
             min(least, key=lambda b: (b.value, not b.is_reached), default=None),
             max(greatest, key=lambda b: (b.value, b.is_reached), default=None) if is_bounded else None,
-            # What takes longer than the clock runs is not followed to its end.
+            # A run that takes longer than the clock is not followed to its end.
             True if any(each.is_lost for each, _ in found) else False if is_bounded else None,
             self._is_exact and all(is_exact for _, is_exact in found) and is_bounded,
             reason,
@@ -324,7 +324,7 @@ class Latencies:
 
 
 def _open(path: Path) -> Iterator[str]:
-    """Yield what is not given on a path, one feature of one element each."""
+    """Yield the missing times on a path, one feature of one element each."""
     for page in path.callbacks:
         own = [page, *_beside(page)]
         for each in own:

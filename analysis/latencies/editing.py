@@ -17,7 +17,7 @@ Arcs = dict[str, int]
 
 @dataclass(frozen=True)
 class Case:
-    """What one case of a transition does besides, and when.
+    """Further effects of one case of a transition, and their times.
 
     Attributes
     ----------

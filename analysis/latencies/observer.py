@@ -415,7 +415,7 @@ class Observer:
             self._color_clock(run)
 
     def _leaves(self, tells: Sequence[str], sources: dict[str, str], is_stored: bool) -> Case | None:
-        """Return what a transition does that publishes or stores what is followed; None for others."""
+        """Return the effect of a transition that publishes or stores the followed data; None for others."""
         if not tells:
             return None
         told = _only(tells)

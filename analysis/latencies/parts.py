@@ -69,7 +69,7 @@ class Run:
 
 @dataclass
 class Pipe:
-    """What lies between a publisher and the history of a reader.
+    """The elements between a publisher and the history of a reader.
 
     Attributes
     ----------

@@ -60,7 +60,8 @@ def losses_of(links: Iterable[Link]) -> list[Loss]:
         if topic_port(link) is not None and meaning.part in _KINDS:
             ports = [source for source in link.sources if isinstance(source, sym.TopicPort)]
             elements = source_of(link, sym.TopicChannel).id, *(port.place.id for port in ports)
-            # What is gone and what is cleared when a node is cleaned up is one loss.
+            # Messages that are discarded and messages that are cleared when a node is cleaned up count as one
+            # loss.
             found.setdefault((_KINDS[meaning.part], elements), []).append(link)
         elif meaning.queue == "request" and meaning.part in _OF_REQUESTS:
             client = source_of(link, sym.ClientPort)

@@ -98,7 +98,8 @@ class Queue:
     def reader_of_newest(self) -> sym.SubscriberPort | None:
         """The reader, if it needs the newest message only and the queue forgets older messages first.
 
-        Only the histories of ROS 2 do. What arrives at a full queue of the rules of ``ros1`` is lost itself.
+        Only the histories of ROS 2 do. With the rules of ``ros1``, a message that arrives at a full queue is
+        lost itself.
         """
         from dineros.transformations.rules.histories import R2, R3
 

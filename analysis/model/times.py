@@ -2,8 +2,9 @@
 
 With times a net has some of its runs only (Merlin's time Petri nets): a transition with a latest time can
 force others to wait. So the markings with times are some of those without, and each of them enables the same.
-What holds in all markings or runs without times holds with them; what some run shows may be impossible. If no
-interval has a latest time, nothing is ever forced: each run is possible with times if it waits long enough.
+A property of all markings or runs of the net without times holds with times, too; a run without times may be
+impossible with times. If no interval has a latest time, nothing is ever forced: each run is possible with
+times if it waits long enough.
 
 References
 ----------

@@ -92,7 +92,7 @@ def client_words(link: Link) -> str:
 
 
 def source_of(link: Link, kind: type[E]) -> E:
-    """Return what a rule matched of a kind; it must have."""
+    """Return the element of a class that a rule matched; there must be one."""
     return next(source for source in link.sources if isinstance(source, kind))
 
 

@@ -79,7 +79,7 @@ def _bound_by_programs(
             _use(net, bounds, weights)
             weightings[tuple(weights.items())] = weights
             if set(weights.values()) == {1}:
-                # What may follow in place of these tokens has the same bound, and needs no program.
+                # Tokens that can replace these have the same bound, and need no linear program.
                 more = dict.fromkeys(sorted(grown(net, weights, producers)), 1)
                 if len(more) > len(weights):
                     _use(net, bounds, more)

@@ -1,10 +1,10 @@
 """Conditions that no reachable marking fulfils, by the state equation and traps: alternatives one by one.
 
 A condition is a conjunction of inequalities and of disjunctions. Where the inequalities alone can be
-fulfilled, the smallest disjunction is split, until all alternatives are excluded or too many were tried. What
-was excluded once is remembered: inequalities that no marking fulfils together, as few as the proof needs, so
-that it is seen at once where others hold besides. What fulfils an alternative that is left may leave a trap
-empty that is marked at first, and so always is: then a token in it becomes one more inequality.
+fulfilled, the smallest disjunction is split, until all alternatives are excluded or too many were tried.
+Excluded sets of inequalities are stored, as small as the proof allows: a later set that includes one of them
+is excluded at once. A solution of a remaining alternative may leave an initially marked trap empty. Such a
+trap is always marked, so this becomes one more inequality.
 
 References
 ----------
@@ -254,7 +254,7 @@ def _atom(net: CompiledNet, condition: Condition, is_positive: bool) -> _All | _
 
 
 def _enabling(net: CompiledNet, transition: int, is_positive: bool) -> list[_All | _Any | Row]:
-    """What enables a transition: all of it; or else what keeps it from firing: any of it."""
+    """Conditions that enable a transition (all must hold), or that disable it (one is enough)."""
     rows = [({place: 1}, ">=" if is_positive else "<", weight) for place, weight in net.pre.row(transition)]
     rows += [
         ({place: 1}, "<" if is_positive else ">=", weight) for place, weight in net.inhibitor.row(transition)

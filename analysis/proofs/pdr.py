@@ -2,9 +2,9 @@
 
 Frame i holds clauses that are true of all markings that at most i steps reach. Where the last frame admits a
 marking that meets the goal, that is to be excluded, with all markings from which the same transition leads
-there, which are asked for in turn. What cannot be reached from the frame before is made as general as that
-allows, and becomes a clause. Clauses that a step from their frame keeps continue to the next one: where a
-frame loses all of its own, the next ones keep the goal away forever.
+there, which are asked for in turn. A cube that cannot be reached from the frame before is generalised as
+far as possible, and becomes a clause. Clauses that a step from their frame keeps continue to the next one:
+where a frame loses all of its own, the next ones keep the goal away forever.
 
 References
 ----------
@@ -79,7 +79,7 @@ class _Wanted:
     then: _Wanted | None
 
     def trace(self) -> tuple[int, ...]:
-        """Return what leads from its markings to the goal."""
+        """Return a path from its markings to the goal."""
         trace, wanted = [], self
         while wanted.then is not None:
             trace.append(wanted.transition)

@@ -1,4 +1,4 @@
-"""What the state equation excludes: proofs by weightings of the places, each checked in integers.
+"""Proofs by the state equation: weightings of the places, each checked in integers.
 
 A linear program proposes weights z of the places and factors of the conditions A . m >= b with z >= factors
 . A and z . C <= 0 (C the incidence matrix). No firing raises z . m, so factors . A . m <= z . m <= z . m0 in

@@ -192,7 +192,7 @@ class _ChangeSearch:
         return copied
 
     def _faults(self, report: Report, is_first: bool) -> list[Finding]:
-        """Return what must not be: callbacks that wait forever, and losses that were not there before."""
+        """Return the faults to avoid: callbacks that wait forever, and losses that are new in the model."""
         waits = [finding for finding in report.findings if finding.rule in WAITS]
         losses = [finding for finding in report.findings if finding.rule == Overflow.LOSES.rule]
         if is_first:
@@ -229,7 +229,7 @@ class _ChangeSearch:
     def _against_endless(
         self, changes: Changes, fault: Finding, waiting: Waiting, subject: Subject, marking: list[int]
     ) -> Iterator[Changes]:
-        """Yield what may mend a callback that never ends, though in no circle that is known."""
+        """Yield changes that may repair a callback that never ends and is in no known circle."""
         walks = Walks(subject.net, waiting)
         ended = [
             each

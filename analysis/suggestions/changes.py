@@ -129,7 +129,7 @@ def _begun_by(port: sym.ClientPort | sym.ActionClientPort) -> Iterator[pn.Place]
 
 
 def against_circle(changes: Changes, circle: Circle) -> Iterator[Changes]:
-    """Yield what, added to some changes, may break a circle: whatever breaks it holds one of these.
+    """Yield additions to some changes that may break a circle: each solution has one of these.
 
     A thread that is waited for comes with one more of them; a group, where the one that waits leaves it, or
     the one that has it, or where it becomes reentrant.
@@ -145,7 +145,7 @@ def against_circle(changes: Changes, circle: Circle) -> Iterator[Changes]:
 
 
 def _asking(waiter: Waiter, group: Waiter) -> Iterator[object]:
-    """Yield what of one that waits for a group can leave it: a callback, a client, or who serves that."""
+    """Yield who can leave the group in a wait for a group: a callback, a client, or its server."""
     yield waiter.model
     if isinstance(waiter.model, sym.ClientPort | sym.ActionClientPort) and waiter.model.channel is not None:
         page = waiter.model.channel.server.page
@@ -154,7 +154,7 @@ def _asking(waiter: Waiter, group: Waiter) -> Iterator[object]:
 
 
 def against_waiting(changes: Changes, resources: Iterable[Waiter]) -> Iterator[Changes]:
-    """Yield what, added to some changes, may free threads and groups that callbacks hold forever."""
+    """Yield additions to some changes that may free threads and groups that callbacks hold forever."""
     for resource in resources:
         if resource.kind == "thread":
             yield changes.with_thread(resource.element)
@@ -163,7 +163,7 @@ def against_waiting(changes: Changes, resources: Iterable[Waiter]) -> Iterator[C
 
 
 def against_unheard(changes: Changes, page: sym.CallbackPage) -> Iterator[Changes]:
-    """Yield what, added to some changes, may let a server receive cancel requests while it works."""
+    """Yield additions to some changes that may let a server receive cancel requests while it works."""
     node = node_net_of(page)
     if node is not None:
         yield changes.with_thread(str(node.id))
@@ -183,7 +183,7 @@ def _free(changes: Changes, group: EObject) -> Iterator[Changes]:
 
 
 def against_run(changes: Changes, begun: Iterable[sym.CallbackPage]) -> Iterator[Changes]:
-    """Yield what, added to some changes, keeps callbacks that begin in a run from running twice at once."""
+    """Yield additions to some changes that prevent concurrent runs of callbacks that begin in a run."""
     reentrant = sym.CallbackGroupKind.reentrant
     twice = [page for page in begun if page.group is not None and page.group.kind == reentrant]
     yield from _own(changes, twice)

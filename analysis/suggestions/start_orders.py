@@ -136,7 +136,7 @@ class _OrderSearch:
         if not todo:
             yield begun
         for thing in todo:
-            # What is found out of an order may condemn this beginning, and what comes before it.
+            # A fault found in an order may rule out this beginning, and shorter ones.
             if any(begun[:length] in self._condemned for length in range(len(begun) + 1)):
                 return
             yield from self._orders((*begun, thing))

@@ -46,7 +46,7 @@ def masks_of(events: Iterable[Mapping[int, Table]]) -> list[dict[int, Sequence[b
 def masks_of_tests(events: Iterable[Mapping[int, Table]]) -> list[dict[int, Sequence[bool]]]:
     """Return where events are enabled, each marking as often as there are such events, in few products.
 
-    What an event changes does not matter there: events with different changes can be merged, too.
+    The changes of an event do not matter there: events with different changes can be merged, too.
     """
     idle: dict[Table, Table] = {}  # many events share their tables
     tests: list[dict[int, Table]] = []

@@ -231,7 +231,7 @@ class AtomicSearch:
         )
 
     def graph(self) -> ClassGraph:
-        """Return the figures of what was found."""
+        """Return the figures of the search."""
         markings = int(self._strong.known.control[MARKINGS])
         if self._atoms is None:
             return ClassGraph("A", self.classes, 0, markings, 0, False, self.reason, self.memory_bytes)

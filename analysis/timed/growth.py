@@ -19,7 +19,7 @@ from dineros.analysis.timed.nets import TimedNet
 from dineros.analysis.timed.plain_classes import PlainClass, classes_along, enabled_in
 
 MOST_FIRINGS = 200
-"""What comes later in a sequence is not looked at."""
+"""Later firings of a sequence are ignored."""
 MOST_WEIGHT = 50
 """A net with arcs of a larger weight is not looked at."""
 

@@ -131,7 +131,7 @@ class TimedNet:
         intervals
             By transition; one that is left out is ``[0, inf)``.
         priorities
-            Pairs (higher, lower). What stands above something that stands above a third is above that, too.
+            Pairs (higher, lower). The relation is transitive.
 
         Raises
         ------

@@ -74,7 +74,7 @@ class Work(NamedTuple):
 
 
 class Batch(NamedTuple):
-    """What follows some classes, until it is stored."""
+    """The successors of some classes, until they are stored."""
 
     control: Any
     last_item: Any  #: by class of the batch, from 1: where the items of what follows it end

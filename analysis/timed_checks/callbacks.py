@@ -57,7 +57,7 @@ class TimedCallbacks(Callbacks):
 def _met(known: TimedChecked) -> list[Blocked]:
     """Return the callbacks that never end after a random run, each once: in a circle if one is known.
 
-    What never ends without times never ends with them.
+    A callback that never ends without times never ends with them.
     """
     walks = Walks(known.subject.net, known.waiting)
     found: dict[Waiter, Blocked] = {}

@@ -1,8 +1,8 @@
 """Random runs of a time Petri net: what they meet can happen, however many state classes there are.
 
 A run has concrete times. Each step draws one of the transitions that can fire next, and a moment at which it
-can. So each run is one of the net with its times, and needs no further check of its schedule. What the runs
-do not meet may happen all the same.
+can. So each run is one of the net with its times, and needs no further check of its schedule. Events that
+the runs do not show may still happen.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """TINA of LAAS as an engine, where the user has it on the PATH: counting, reachability, LTL.
 
 The net goes out as a ``.net`` file; ``tina``, ``sift``, ``selt`` and ``pathto`` are run on it, and what they
-print is read back. What is run and read is as TINA's manual describes it; this project has no copy of TINA to
-try it with. What cannot be read ends in a `TinaError`, never in a guess.
+print is read back. The programs and their output are used as TINA's manual describes them; this project has
+no copy of TINA to try it with. Unreadable output raises a `TinaError`; it is never guessed.
 
 References
 ----------

@@ -30,7 +30,7 @@ TRIAL = CompiledNet.build(
         Transition("v", {"d": 2}, {"d": 2}),
     ],
 )
-#: What holds at its three markings, and of the events between them, with all comparisons.
+#: The conditions at its three markings, and at the events between them, with all comparisons.
 MOMENTS = """
 fired("t{1}") & enabled("t{1}") & !fired(u) & !enabled(u) & !deadlock & !(enabled(v) | fired(v))
 & a = 1 & "b c" = 0 & "3" > 1 & "3" != 3 & "b c" - 2*"3" <= -4

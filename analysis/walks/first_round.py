@@ -1,9 +1,9 @@
 """The first round of every question about a net: what costs little, before any engine stores markings.
 
-Random walks meet what is not rare, however far away it is. What they miss is aimed at: a smallest solution of
-the state equation says how often each transition fires on the way, and a walk fires that first, and others
-only where it cannot. A place that may grow is aimed at in the same way, by firings that take nothing and add
-a token there, from wherever the walk is.
+Random walks meet what is not rare, however far away it is. Goals that they miss are searched for directly: a
+smallest solution of the state equation says how often each transition fires on the way, and a walk fires that
+first, and others only where it cannot. A place that may grow is aimed at in the same way, by firings that
+take nothing and add a token there, from wherever the walk is.
 
 References
 ----------

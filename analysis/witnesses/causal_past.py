@@ -1,8 +1,8 @@
 """The causal past of an outcome: the firings of a sequence that brought it about, token by token.
 
 A firing depends on those that made the tokens it takes or reads, and on those that emptied its inhibitor
-places. Which token of a place is taken is not defined; here, the oldest one is. What lies outside the past of
-an outcome can be left out: the rest can still be fired, and the outcome is the same.
+places. Which token of a place is taken is not defined; here, the oldest one is. Firings outside the causal
+past of an outcome can be left out: the rest can still be fired, and the outcome is the same.
 
 References
 ----------

@@ -386,7 +386,7 @@ class Report:
 
     @property
     def consequences(self) -> list[Finding]:
-        """What is wrong only because of one of the findings."""
+        """Findings that are consequences of another finding."""
         return [each for finding in self.findings for each in finding.consequences]
 
     def add(self, other: Report) -> None:

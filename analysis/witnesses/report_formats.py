@@ -30,7 +30,7 @@ def to_sarif(report: Report, model: pn.Net, path: Path, faults: Mapping[str, Fau
 
     Findings are results with the lines of the elements concerned, and with the steps of the witness as a code
     flow. A suppressed finding has `suppressions`; if there is a baseline, each result has a `baselineState`.
-    What stays unknown is a notification of the run; what is proved is not in the log.
+    An unknown answer is a notification of the run; proved answers are not in the log.
 
     Parameters
     ----------
@@ -240,10 +240,10 @@ class _ElementLocations:
 def to_junit(report: Report, model: pn.Net, path: Path, name: str = "dineros check") -> bytes:
     """Return a report as JUnit XML: what is found fails, what is proved passes, what is unknown is skipped.
 
-    A note passes, with its message as output: as for the exit status of `dineros check`. What is suppressed
-    or is in the baseline is skipped, too, with the reason. The property ``times`` of the suite says that
-    firing intervals are taken into account, or left out, and which answers hold all the same. Each property
-    ``assumes`` is an assumption of all proofs.
+    A note passes, with its message as output: as for the exit status of `dineros check`. Findings that are
+    suppressed or in the baseline are skipped, too, with the reason. The property ``times`` of the suite says
+    that firing intervals are taken into account, or left out, and which answers hold all the same. Each
+    property ``assumes`` is an assumption of all proofs.
 
     Parameters
     ----------

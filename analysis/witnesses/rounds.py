@@ -92,7 +92,7 @@ class _Rounds:
             tried = _Repeated(trace[:end], tuple((t,) for t in round), trace[end:])
             way = self._way(tried)
             if way is not None:
-                # What else repeats is left out here: it takes too long to look for.
+                # Other repetitions are not searched for, as that takes too long.
                 found.append((len(way) - self._repetitions * len(round), len(found), tried, way))
         best = sorted(found)[:BEST]
         ways = [way for _, _, _, way in best]

@@ -9,7 +9,7 @@ from functools import cache
 from dineros.metamodel import pn, pnm, rtm, sym
 from dineros.metamodel.base import EObject
 
-# What tells the parts of one element apart, for classes without an id.
+# The features that distinguish the parts of one element, for classes without an id.
 _KEYS: dict[type[EObject], Callable[..., object]] = {
     pn.Suppression: lambda suppression: suppression.rule,
     sym.TokenField: lambda field: field.name,

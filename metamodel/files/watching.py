@@ -54,7 +54,7 @@ class FolderWatch:
 
     @property
     def descriptors(self) -> list[int]:
-        """What is readable once something has changed since the last `forget`; empty if nothing tells."""
+        """Becomes readable after a change since the last `forget`; empty if changes are not reported."""
         return [] if self._descriptor < 0 else [self._descriptor]
 
     @property

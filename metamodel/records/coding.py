@@ -271,7 +271,7 @@ def _converter(hint: Any) -> Converter:
     if origin is list:
         return _list_of(_converter(arguments[0]))
     if origin is dict:
-        # What balloon tokens carry is checked by the runtime, which knows their type.
+        # The data of balloon tokens is checked by the runtime, which knows their type.
         is_union = typing.get_origin(arguments[1]) in (types.UnionType, typing.Union)
         free = arguments[1] is Any or (is_union and arguments[1] != SignalSetting)
         return _object if free else _map_to(_converter(arguments[1]))

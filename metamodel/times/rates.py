@@ -1,9 +1,9 @@
 """How many messages can be on their way at once: a bound that holds for all response times.
 
-A run of a callback that overlaps a window of time was running when the window began, or has begun in it. What
-begins in it was waiting when the window began, or came in it. So a timer that strikes every 10 ms overlaps a
-window of 25 ms with at most 1 + 1 + 3 runs: strikes do not pile up. A message that is on its way at some
-moment was sent not longer ago than its greatest latency, which is such a window.
+A run of a callback that overlaps a window of time was running when the window began, or has begun in it. Runs
+that begin in it were waiting when the window began, or were released in it. So a timer that strikes every 10
+ms overlaps a window of 25 ms with at most 1 + 1 + 3 runs: strikes do not pile up. A message that is on its
+way at some moment was sent not longer ago than its greatest latency, which is such a window.
 
 The engine of a node net fires what is enabled, in any order and as often as it can. There each firing of a
 transition takes the tick, or the message, that it needs: it was there when the window began, or came in it.

@@ -39,8 +39,8 @@ def passing(
     """Return what continues at a transition.
 
     The result is of the type of the first token taken, if some place gets tokens of it or none gets any;
-    otherwise of the type of the first place that gets tokens. What a loop takes and puts back comes last. A
-    transition that takes nothing puts tokens with the defaults of their types.
+    otherwise of the type of the first place that gets tokens. Tokens that a loop takes and puts back come
+    last. A transition that takes nothing puts tokens with the defaults of their types.
 
     Parameters
     ----------

@@ -126,7 +126,7 @@ def ticks_proposed(
 
 
 def _micro(seconds: float, rounded: Callable[[float], int]) -> float:
-    # What differs by less than a nanosecond is the same time.
+    # Times that differ by less than a nanosecond are equal.
     return rounded(round(seconds * 1e6, 3)) / 1e6
 
 

@@ -19,7 +19,7 @@ _WORDS = {"true": True, "on": True, "1": True, "false": False, "off": False, "0"
 
 
 class SignalValueError(DinerosError):
-    """What came for a signal is not a truth value, or none of its values."""
+    """The data received for a signal is not a truth value, or not one of its values."""
 
 
 def read_truth(text: str | bytes) -> bool:

@@ -168,8 +168,8 @@ class Class(Value):
 class Slot:
     """An attribute of an object, or a variable of a module: its current value, and all that it has had.
 
-    `is_perhaps`: it may also have what the object was made with; `is_off`: it has, for certain. What is
-    derived from all values is cached until another one is added: each callback reads most attributes.
+    `is_perhaps`: it may also have what the object was made with; `is_off`: it has, for certain. Results
+    that depend on all values are cached until a value is added, as each callback reads most attributes.
     """
 
     current: Value

@@ -75,7 +75,7 @@ class L6Instead(StandardRule, phase=Phase.disappearing, middleware="ros2"):
 
 
 class L6Miss(StandardRule, phase=Phase.disappearing, middleware="ros2"):
-    """What a client sends once while the server is not there is lost."""
+    """A request that a client sends only once is lost while the server is absent."""
 
     service = Node(sym.ServiceChannel)
     server = Node(sym.NodeNet, of=Home(service.server.entry))
@@ -234,7 +234,7 @@ class L7Late(StandardRule, phase=Phase.disappearing, middleware="ros2"):
 
 
 class L7Unanswered(StandardRule, phase=Phase.disappearing, middleware="ros2"):
-    """What an instance works on when its server leaves is not answered, where the client sends it once."""
+    """A request that an instance works on when its server leaves is lost if the client sends it only once."""
 
     service = Node(sym.ServiceChannel)
     server = Node(sym.NodeNet, of=Home(service.server.entry))

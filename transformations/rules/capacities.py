@@ -113,7 +113,7 @@ class B3Runs(StandardRule, phase=Phase.bounds, middleware="ros2", times=True):
 
 
 class B4(StandardRule, phase=Phase.wiring):
-    """What raises a place takes free room, and what lowers it gives room back."""
+    """A transition takes free room for tokens that it adds, and gives it back for tokens that it removes."""
 
     bound = Made(Bound)
     raising = Node(pn.Transition, of=Raising(bound.place))

@@ -137,7 +137,7 @@ LEFT = "a message of the {queue} is lost: node net {reading} is not there any mo
 
 
 class L4Left(StandardRule, phase=Phase.appearing, middleware="ros2"):
-    """What is not delivered to a reader that is there no more is lost."""
+    """Messages that are not delivered before their reader leaves are lost."""
 
     channel = Node(sym.TopicChannel)
     writer = Node(sym.PublisherPort, channel=channel)
@@ -154,7 +154,7 @@ class L4Left(StandardRule, phase=Phase.appearing, middleware="ros2"):
 
 
 class L4LeftKept(StandardRule, phase=Phase.appearing, middleware="ros2"):
-    """What a late reader would get is lost when it is shut down."""
+    """Messages stored for a late reader are lost when it is shut down."""
 
     channel = Node(sym.TopicChannel)
     writer = Node(sym.PublisherPort, channel=channel)
@@ -171,7 +171,7 @@ class L4LeftKept(StandardRule, phase=Phase.appearing, middleware="ros2"):
 
 
 class L4Gone(StandardRule, phase=Phase.appearing, middleware="ros2"):
-    """What a writer has not delivered when it goes is lost."""
+    """Messages that a writer has not delivered when it leaves are lost."""
 
     channel = Node(sym.TopicChannel)
     writer = Node(sym.PublisherPort, channel=channel)
@@ -215,7 +215,7 @@ class L4Read(StandardRule, phase=Phase.appearing, middleware="ros2"):
 
 
 class L4Clear(StandardRule, phase=Phase.appearing, middleware="ros2"):
-    """What a reader has when its node is cleaned up or shut down is lost."""
+    """Messages in a reader's history are lost when its node is cleaned up or shut down."""
 
     channel = Node(sym.TopicChannel)
     reader = Node(sym.SubscriberPort, channel=channel)
@@ -371,7 +371,7 @@ class L5Forget(StandardRule, phase=Phase.disappearing, middleware="ros2"):
 
 
 class L5Left(StandardRule, phase=Phase.disappearing, middleware="ros2"):
-    """What is lost with a reader that is shut down makes room."""
+    """Messages lost with a reader that is shut down free their room."""
 
     writer = Node(sym.PublisherPort)
     reader = Node(sym.SubscriberPort)

@@ -290,7 +290,7 @@ class L2(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
 
 
 class L2Away(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
-    """What a callback publishes that still runs when its node is cleaned up or shut down is lost, too."""
+    """Messages of a callback that still runs when its node is cleaned up or shut down are lost, too."""
 
     channel = Node(sym.TopicChannel)
     writer = Node(sym.PublisherPort, channel=channel)

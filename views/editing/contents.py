@@ -36,7 +36,7 @@ def changed_json(document: Document, touched: Iterable[EObject]) -> dict[str, An
     found: dict[str, Any] = {}
     for element in touched:
         if is_within(element, document.root):
-            # What comes back by undo brings its parts along.
+            # An element restored by undo has its parts again.
             for part in subtree(element):
                 if not follows_from_text(part):
                     found[_handle(document, part)] = object_json(document, part)
@@ -55,7 +55,7 @@ def object_json(document: Document, element: EObject) -> dict[str, Any]:
     dict
         ``type``: its class; ``in`` and ``as``: its container and the feature there; ``values``: attributes
         that are not as by default; ``links``: parts and references, by feature: a handle or a list of them.
-        What is in another file is an object that says ``elsewhere`` and its id.
+        An element of another file is an object with ``elsewhere`` and its id.
     """
     found: dict[str, Any] = {"type": name_of(type(element))}
     owner = element.eContainer()

@@ -196,7 +196,7 @@ class Session:
         if said["ask"] == "do":
             return document.do(decode_commands(said.get("commands")), label, by)
         operation = decode_operation(said.get("operation"))
-        # What is asked again after a loss is composed of what may be gone by now.
+        # A request repeated after a loss may name elements that no longer exist.
         return document.done_before(by) or document.do(
             compose(document.root, document.handles, operation), label, by
         )

@@ -1,9 +1,9 @@
 """Whether messages arrive with the values with which they were sent.
 
-A record says what arrives. What leaves is known from the token that leaves: records of its node say what it
-carries. Messages of topics, requests and responses are compared, by their ids, in fields of which both ends
-must have the same value: booleans, integers and texts of one token type. Numbers are left out, as ROS may
-carry them in fewer digits, and so are channels with a `type`, whose messages may lack fields.
+A record says what arrives. The data of a message that leaves is known from its token: records of its node
+give the token's data. Messages of topics, requests and responses are compared, by their ids, in fields of
+which both ends must have the same value: booleans, integers and texts of one token type. Numbers are left
+out, as ROS may carry them in fewer digits, and so are channels with a `type`, whose messages may lack fields.
 """
 
 from __future__ import annotations

@@ -189,7 +189,7 @@ def explore_by_inclusion(net, known, work, batch, is_strong, is_stack, bits, top
         known.edge_first[number] = edges
         known.edge_last[number] = control[EDGES]
         if is_stack:
-            # What was found now lies above the class itself.
+            # The classes found now are stored above the class itself.
             for at in range(todo, control[TODO]):
                 known.todo[at - 1] = known.todo[at]
             control[TODO] -= 1

@@ -88,8 +88,8 @@ def open_edges(atoms, target, found):  # type: ignore[no-untyped-def]
 def check(net, known, atoms, work, target, count):  # type: ignore[no-untyped-def]
     """Look which edges to a class are stable, and cut the sources of others; whether there was room.
 
-    What leads into the class is found once for each transition. Once the class itself is cut, the rest waits
-    until its turn comes again.
+    The predecessors of the class are computed once for each transition. Once the class itself is cut, the
+    rest waits until its turn comes again.
     """
     matrix, before, room = work.matrix, work.before, work.room
     last, leads = NONE, False
@@ -267,7 +267,7 @@ def link_from_pieces(atoms, edge, pieces, count, first_new):  # type: ignore[no-
 
 @kernel()
 def merge(atoms, number, other):  # type: ignore[no-untyped-def]
-    """Let a class go that holds the same states as another one: what leads to it leads to that one."""
+    """Remove a class with the same states as another one: edges to it lead to that one."""
     if atoms.control[INITIAL] == number:
         atoms.control[INITIAL] = other
     edge = atoms.first_in[number]

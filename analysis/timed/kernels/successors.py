@@ -57,7 +57,7 @@ def longest_record(work):  # type: ignore[no-untyped-def]
 
 @kernel()
 def has_room(net, known, work, firings):  # type: ignore[no-untyped-def]
-    """What is lacking to fire so many transitions more: `DONE` if nothing is."""
+    """The table without room for so many further firings; `DONE` if all have room."""
     control = known.control
     if (
         control[MARKINGS] + firings > LOAD * known.marking_table.size
@@ -79,7 +79,7 @@ def has_room(net, known, work, firings):  # type: ignore[no-untyped-def]
 
 @kernel()
 def expand(net, known, work, batch, first, most, is_strong, bits, top):  # type: ignore[no-untyped-def]
-    """Write what follows at most so many classes, of each all or nothing; what the next one lacks.
+    """Write the successors of at most so many classes, of each all or none; return what the next one lacks.
 
     All is in one loop: a call of a kernel that gets all tables takes as long as a firing.
     """

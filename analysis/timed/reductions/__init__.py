@@ -1,1 +1,1 @@
-"""Structural reductions of nets with times: what never decides anything goes, and no firing moves in time."""
+"""Structural reductions of nets with times: irrelevant elements go, and no firing changes its time."""

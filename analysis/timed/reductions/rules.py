@@ -55,8 +55,8 @@ class TimedRule(ABC):
 class NeverEnabled(TimedRule):
     """Remove a transition that no marking enables, not even without times.
 
-    *Proof.* The net without times has all markings of the net with times. What is never enabled has no clock
-    that runs, forces nothing, and has priority over nothing.
+    *Proof.* The net without times has all markings of the net with times. A transition that is never
+    enabled has no running clock, forces no firing, and has priority over none.
     """
 
     def removable(self, net: SmallerNet, observed: Observed) -> Iterator[str]:

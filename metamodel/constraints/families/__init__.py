@@ -32,7 +32,7 @@ def _of(*families: ModuleType) -> tuple[Constraint, ...]:
 
 
 BOUNDS = _of(bounds)
-"""What lacks something the metamodel requires: no other constraint is asked about that element."""
+"""Elements that lack a mandatory feature: no other constraint is checked for them."""
 
 OTHERS = _of(
     *(names, nets, node_nets, callbacks, topics, histories, services, requests, servers, clients),

@@ -189,7 +189,7 @@ def client_group_has_effect(port: sym.ClientPort, index: Index) -> Outcome:
     guard=lambda port, index: _runs(port.response, index) and begins_callback(port),
 )
 def response_callback_group(port: sym.ClientPort, index: Index) -> Outcome:
-    """What a response begins runs in no callback group, as in rclpy, or in its client's, as in rclcpp."""
+    """A response starts its callback in no callback group, as in rclpy, or in its client's, as in rclcpp."""
     page = callback_page_of(port.response)
     if page is None or page.group is None or page.group is group_or_node(port):
         return True

@@ -1,9 +1,9 @@
 """Romeo's formats for time Petri nets (LS2N Nantes): its drawings ``.xml``, and its language ``.cts``.
 
 Read are initial markings, intervals with open and closed bounds, weights, read and logical inhibitor arcs,
-and priorities. What a time Petri net cannot say is refused with its line: stopwatches, timed inhibitor arcs,
-speeds, processors, parameters, flush arcs, coloured tokens, guards, updates, and intervals of places. Costs,
-and which transitions can be observed or controlled, change no behaviour and are not kept.
+and priorities. Features that time Petri nets lack are errors, reported with their line: stopwatches, timed
+inhibitor arcs, speeds, processors, parameters, flush arcs, coloured tokens, guards, updates, and intervals of
+places. Costs, and which transitions can be observed or controlled, change no behaviour and are not kept.
 
 Where a transition takes tokens from a place that it also reads, Romeo compares the marking with the weight of
 the read arc alone and DiNeROS with the sum; reading and writing convert, as for TINA.

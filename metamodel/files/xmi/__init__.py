@@ -2,7 +2,7 @@
 
 Containment is nesting, attributes are XML attributes in the order of the metamodel, references are lists of
 ids, or fragments such as ``//@pages.0/@objects.1`` where the target has none, and references into other files
-are elements with ``href="other.xmi#id"``. What equals its default is left out, unless it is mandatory.
+are elements with ``href="other.xmi#id"``. Default values are left out, unless the feature is mandatory.
 
 pyecore has an XMI resource of its own; it forgets lines, accepts unknown literals, and writes in the order in
 which features happened to be set, so that equal models give different files.

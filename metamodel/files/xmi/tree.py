@@ -46,7 +46,7 @@ class Document:
     xmi_ids: dict[str, EObject] = field(default_factory=dict)
     made: list[EObject] = field(default_factory=list)
     errors: list[ModelFileError] = field(default_factory=list)
-    #: What could not be read: ids in it, and features that have no value for that reason.
+    #: Unreadable elements: their ids, and the features that lack a value because of them.
     unread_ids: set[str] = field(default_factory=set)
     unread: set[tuple[EObject, str]] = field(default_factory=set)
 

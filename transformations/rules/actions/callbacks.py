@@ -28,7 +28,7 @@ from dineros.transformations.rules.queries.callbacks import (
 
 
 class E3Accept(StandardRule, phase=Phase.beginnings, middleware="ros2"):
-    """What works on a goal has a thread once it is accepted."""
+    """The execution of a goal takes a thread when the goal is accepted."""
 
     served = SlotCallback()
     accept = Made(A2.accept, of=[served.action, served.slot])
@@ -70,7 +70,7 @@ class E3Step(StandardRule, phase=Phase.beginnings, middleware="ros2"):
 
 
 class E4End(StandardRule, phase=Phase.endings, middleware="ros2"):
-    """What works on a goal ends with it."""
+    """The execution of a goal ends with the goal."""
 
     served = SlotCallback()
     end = Made(End, of=[served.action, served.slot])
@@ -124,7 +124,7 @@ class E5AnswerExclusive(StandardRule, phase=Phase.exclusion, middleware="ros2"):
 
 
 class E6Answer(StandardRule, phase=Phase.beginnings, middleware="ros2"):
-    """What has a callback of its own begins it."""
+    """A step that has its own callback begins it."""
 
     client = Node(sym.ActionClientPort)
     heard = Made(Heard, of=client)

@@ -35,7 +35,7 @@ REQUEST = "{service.id}.client.{client.client}"
 
 
 class D5(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """What a writer history passes on is on its way to the reader history."""
+    """A message that leaves a writer history is on its way to the reader history."""
 
     channel = Node(sym.TopicChannel)
     writer = Node(sym.PublisherPort, channel=channel)

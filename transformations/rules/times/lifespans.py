@@ -33,7 +33,7 @@ def _expires() -> Meaning:
 
 
 class D10(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """What is too old leaves the reader history."""
+    """A message that is too old leaves the reader history."""
 
     channel = Node(sym.TopicChannel)
     writer = Node(sym.PublisherPort, channel=channel)

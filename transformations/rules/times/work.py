@@ -255,7 +255,7 @@ class D3Open(StandardRule, phase=Phase.intervals, middleware="ros2", times=True)
 
 
 class D2Ends(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
-    """What ends it happens at once then, and all that it does there with it."""
+    """Then the callback ends at once, with all its remaining effects."""
 
     page = Node(sym.CallbackPage)
     worked = Made(D2.worked, of=page)
@@ -267,7 +267,7 @@ class D2Ends(StandardRule, phase=Phase.intervals, middleware="ros2", times=True)
 
 
 class D4(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
-    """What a callback with a duration does that waits takes no longer than the duration, each time."""
+    """If a callback with a duration waits, each of its phases takes at most the duration."""
 
     page = Node(sym.CallbackPage)
     move = Node(pn.Transition, of=Moves(page))

@@ -78,7 +78,7 @@ class Stage:
             elif tokens and name in origins.values:
                 signal, value = origins.values[name]
                 signals.update(dict.fromkeys(self._handles(signal), value))
-            # What is there from the beginning is free for use: idle servers, clients that are ready.
+            # Initial tokens are available resources: idle servers, clients that are ready.
             elif tokens and not initial and name in origins.channels:
                 for handle in self._handles(origins.channels[name]):
                     under[handle].append({"text": self._subject.place_text(index), "tokens": tokens})

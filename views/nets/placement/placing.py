@@ -22,7 +22,7 @@ def layout(view: ViewModel, *, aspect: float | None = None) -> Picture:
         The view; collapsed boxes hide their content.
     aspect : float, optional
         Width by height that the layout is to come near to, by breaking it into several lines, as text is: for
-        paper. What an editor arranged stays as it is.
+        paper. Positions from an editor are kept.
 
     Returns
     -------

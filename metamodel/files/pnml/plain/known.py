@@ -67,7 +67,7 @@ LEFT_OUT = {
     "distribution": "rates left out",
     "player": "players left out: every transition may fire",
 }
-"""What is not read though it says something: a note names it."""
+"""Elements that have a meaning and are not read: a note names them."""
 
 MEANINGS = {
     "guard": "a guard is a condition on data",
