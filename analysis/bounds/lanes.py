@@ -80,7 +80,7 @@ class Waited:
     delay: int
 
     def least(self, other: Waited) -> Waited:
-        """Return the conjunction."""
+        """Return the smaller one of each pair of bounds."""
         return Waited(*map(min, zip(astuple(self), astuple(other), strict=True)))
 
 

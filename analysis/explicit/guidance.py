@@ -2,9 +2,9 @@
 
 A way from marking m to a goal fires transitions x with ``m + C x`` in the goal. Relaxed to fractions, the
 least ``sum x`` is a linear program, and each solution of its dual bounds it from below for every m at once:
-``h(m) = value - weights m``, where no firing lowers h by more than 1. The *cost* of a
-firing is 1 minus the decrease of h; it is never negative. As the costs of a way add up to its length less
-what h has fallen by, a search that takes markings in the order of their costs is A* led by h, and what lies
+``h(m) = value - weights m``, where no firing lowers h by more than 1. The *cost* of a firing is 1 minus the
+decrease of h; it is never negative. As the costs of a way add up to its length less the decrease of h, a
+search that takes markings in the order of their costs is A* led by h, and what lies
 off the way costs too much to be seen.
 
 `dineros.analysis.covering.distance` bounds the same way for nets without bounds: there many programs are

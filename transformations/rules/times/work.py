@@ -255,7 +255,7 @@ class D3Open(StandardRule, phase=Phase.intervals, middleware="ros2", times=True)
 
 
 class D2Ends(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
-    """Then the callback ends at once, with all its remaining effects."""
+    """Then the transition that ends the callback fires at once, with all its effects."""
 
     page = Node(sym.CallbackPage)
     worked = Made(D2.worked, of=page)
