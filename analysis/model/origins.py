@@ -20,7 +20,7 @@ Kind = Literal["fire", "signal", "loss", "channel"]
 
 
 class Origins:
-    """What the elements of a net are on the model.
+    """Where the elements of a net are on the model.
 
     Parameters
     ----------

@@ -42,7 +42,7 @@ class Announcer:
         self._process: subprocess.Popen[str] | None = None
 
     def tell(self, event: ProcessEvent) -> None:
-        """Announce that a node has crashed, or withdraw this when it is restarted."""
+        """Announce that a node has crashed, or withdraw the announcement when the node is restarted."""
         ports = self._nodes.get(event.name)
         if ports is None or (event.event != "failed" and self._process is None):
             return

@@ -202,7 +202,7 @@ def _has(net: SmallerNet, place: str, guard: dict[str, int], needed: int) -> boo
 
 
 def _holds_forever(net: SmallerNet, place: str, tokens: int) -> bool:
-    """Whether no transition changes a place, not for a moment, and all that is asked of it holds."""
+    """Whether no transition changes a place, not even temporarily, and all conditions on it hold."""
     return all(
         place not in arcs.take
         and place not in arcs.put

@@ -106,7 +106,7 @@ def mapped_field_known(mapping: sym.FieldMapping, index: Index) -> Outcome:
 
 
 def _mapped_type(mapping: sym.FieldMapping, index: Index) -> sym.TokenType | None:
-    """Return what the tokens carry that a mapping is about."""
+    """Return the type of the tokens that a mapping concerns."""
     holder = mapping.eContainer()
     place = index.place_of_part(holder, str(mapping.part)) if holder is not None else None
     return index.first_token_type if place is None else index.token_type_of(place)

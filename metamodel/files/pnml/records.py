@@ -35,7 +35,7 @@ class Extension:
 
 @dataclass(eq=False, slots=True)
 class Record:
-    """What all records have; `xml` is None for what was inserted."""
+    """What all records have; `xml` is None for inserted elements."""
 
     id: str
     xml: etree._Element | None

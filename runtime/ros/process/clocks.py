@@ -20,7 +20,7 @@ def clocks_of(node: Any) -> Clocks:
     """Return the clocks of a net.
 
     With the parameter `use_sim_time`, its time is that of ``/clock``: firing intervals, time-outs of handlers
-    and delays use it. If that time goes back, for example because the simulation restarts, the net's time
+    and delays use it. If the clock goes back, for example because the simulation restarts, the net's time
     stands still.
 
     Parameters
