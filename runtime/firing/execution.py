@@ -407,7 +407,7 @@ class Execution:
 
     def _put_aside(self, transition: int, taken: Tokens) -> None:
         structure = self.engine.structure
-        self.engine.put_aside(transition, taken)
+        self.engine.aside.put(transition, taken)
         self._observer.emit(
             "aside",
             transition=structure.transitions[transition],
@@ -418,7 +418,7 @@ class Execution:
         """Let transitions take the tokens again that were put aside for them."""
         structure = self.engine.structure
         for transition in transitions:
-            released = self.engine.release_aside(transition)
+            released = self.engine.aside.release(transition)
             if released:
                 self._observer.emit(
                     "release",

@@ -17,6 +17,7 @@ from dineros.metamodel.clauses import SignalSetting
 from dineros.metamodel.guards.conditions import Condition
 from dineros.metamodel.guards.deciding import fulfils
 from dineros.metamodel.token_data import Value
+from dineros.runtime.nets.aside import PutAside
 from dineros.runtime.nets.enabling import Enabling
 from dineros.runtime.nets.kinds import Kinds
 from dineros.runtime.nets.passing import Passing, Tokens
@@ -48,6 +49,8 @@ class Engine:
     ----------
     passing : Passing
         Which data a firing passes on.
+    aside : PutAside
+        Tokens put aside for one transition after a failure.
     ready : list of int
         Transitions that can fire now with free tokens, ignoring priorities. Read-only for callers.
     due : list of int
@@ -92,7 +95,8 @@ class Engine:
         self.opened = self._enabling.opened
         self.opened.clear()
         self._reserved: dict[int, int] = {}  # token -> place
-        self._aside: dict[int, dict[int, set[int]]] = {}  # transition -> place -> tokens
+        self.aside = PutAside(structure, self._enabling, self._kinds, self._tokens, self._reserved)
+        self._aside = self.aside.by_transition
         # A pipe takes one token and passes its data on: the most frequent kind of transition, with the
         # fastest code. No guard depends on its data, neither its own nor that of a transition that takes its
         # token.
@@ -304,7 +308,7 @@ class Engine:
             if place in self._weighed:
                 self.weights.add(place, tokens)
         if self._aside:
-            self._forget(taken)
+            self.aside.forget(taken)
 
     def reserve(self, transition: int, taken: Tokens) -> None:
         """Reserve free tokens for a firing in flight, and room for the tokens it will put."""
@@ -316,7 +320,7 @@ class Engine:
                 self._kinds.change(place, tokens, -1, 0)
             self._enabling.change(place, -len(tokens), 0)
         if self._aside:
-            self._refresh_needs(place for place, _ in taken)
+            self.aside.refresh(place for place, _ in taken)
 
     def release(self, transition: int, taken: Tokens) -> None:
         """Release a reservation."""
@@ -329,7 +333,7 @@ class Engine:
             if place in self._asked:
                 self._kinds.change(place, tokens, 1, 0)
         if self._aside:
-            self._refresh_needs(place for place, _ in taken)
+            self.aside.refresh(place for place, _ in taken)
 
     def hold(self, number: int) -> None:
         """Prevent a transition from being ready, or a departure from being due, until `unhold`; counted."""
@@ -338,59 +342,6 @@ class Engine:
     def unhold(self, number: int) -> None:
         """Undo one `hold`."""
         self._enabling.satisfied(number)
-
-    # Tokens put aside for one transition.
-
-    def put_aside(self, transition: int, taken: Tokens) -> None:
-        """Keep a transition from taking these free tokens; other transitions may take them."""
-        by_place = self._aside.setdefault(transition, {})
-        for place, tokens in taken:
-            by_place.setdefault(place, set()).update(token.id for token in tokens)
-        self._refresh_needs(place for place, _ in taken)
-
-    def aside(self) -> dict[int, dict[int, frozenset[int]]]:
-        """Return the tokens put aside: transition -> place -> ids."""
-        return {
-            transition: {place: frozenset(ids) for place, ids in by_place.items()}
-            for transition, by_place in self._aside.items()
-        }
-
-    def release_aside(self, transition: int) -> dict[int, frozenset[int]]:
-        """Let a transition take again the tokens put aside for it; return them: place -> ids."""
-        released = self.aside().get(transition, {})
-        if released:
-            self._aside[transition] = {place: set() for place in released}
-            self._refresh_needs(released)
-            del self._aside[transition]
-        return released
-
-    def _refresh_needs(self, places: Iterable[int]) -> None:
-        """Raise the thresholds by the number of free tokens put aside."""
-        for place in set(places):
-            for transition, by_place in self._aside.items():
-                if place in by_place:
-                    hidden = [
-                        token
-                        for token in self._tokens[place]
-                        if token.id in by_place[place] and token.id not in self._reserved
-                    ]
-                    weight = dict(self.structure.inputs[transition])[place]
-                    self._enabling.set_need(transition, place, weight + len(hidden))
-                    self._kinds.hide(transition, place, hidden)
-
-    def _forget(self, taken: Tokens) -> None:
-        """Remove tokens that no longer exist from the tokens put aside."""
-        for place, tokens in taken:
-            gone = {token.id for token in tokens} - {token.id for token in self._tokens[place]}
-            for by_place in self._aside.values():
-                if place in by_place:
-                    by_place[place] -= gone
-        self._refresh_needs(place for place, _ in taken)
-        self._aside = {
-            transition: kept
-            for transition, by_place in self._aside.items()
-            if (kept := {place: ids for place, ids in by_place.items() if ids})
-        }
 
     # Tokens and signals from outside.
 

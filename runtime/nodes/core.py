@@ -284,7 +284,7 @@ class Core:
                 structure.transitions[transition]: {
                     structure.places[place]: sorted(ids) for place, ids in by_place.items()
                 }
-                for transition, by_place in engine.aside().items()
+                for transition, by_place in engine.aside.tokens().items()
             },
             **channels,  # type: ignore[typeddict-item]  # without the lifecycle
         }
@@ -326,7 +326,7 @@ class Core:
         self.execution.kept = copy.deepcopy(checkpoint.get("kept", {}))
         for id, by_place in checkpoint["aside"].items():
             (transition,) = names.transitions(id)
-            self.engine.put_aside(
+            self.engine.aside.put(
                 transition,
                 [
                     (place, [token for token in self.engine.tokens(place) if token.id in ids])

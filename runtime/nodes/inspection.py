@@ -123,7 +123,7 @@ def inspected(core: Core) -> Inspection:
                 transitions[transition]: MappingProxyType(
                     {places[place]: tuple(sorted(ids)) for place, ids in by_place.items()}
                 )
-                for transition, by_place in engine.aside().items()
+                for transition, by_place in engine.aside.tokens().items()
             }
         ),
         waiting_requests=exchange.waiting_requests if exchange is not None else 0,

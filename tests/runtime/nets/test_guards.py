@@ -187,12 +187,12 @@ class _Play:
             case "aside" if ready:
                 transition = draw.choice(ready)
                 taken = engine.would_take(transition)
-                engine.put_aside(transition, taken)
+                engine.aside.put(transition, taken)
                 self.aside.setdefault(transition, set()).update(t.id for _, some in taken for t in some)
             case "release" if self.aside:
                 transition = draw.choice(sorted(self.aside))
                 del self.aside[transition]
-                engine.release_aside(transition)
+                engine.aside.release(transition)
 
 
 @settings(max_examples=40, deadline=None)
