@@ -21,6 +21,7 @@ from dineros.metamodel.clauses.expressions import (
     unquoted,
 )
 from dineros.metamodel.errors import ClauseError
+from dineros.metamodel.grammars import parser_of
 
 if TYPE_CHECKING:
     from lark import Lark, Token
@@ -92,10 +93,7 @@ def column_of(text: str, name: str) -> int | None:
 
 @cache
 def _parser() -> Lark:
-    from lark import Lark
-
-    grammar = Path(__file__).with_name("clause.lark").read_text(encoding="utf-8")
-    return Lark(grammar, parser="lalr", transformer=_ClauseBuilder())
+    return parser_of(Path(__file__).with_name("clause.lark"), transformer=_ClauseBuilder())
 
 
 class _ClauseBuilder:

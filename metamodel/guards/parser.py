@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from dineros.metamodel.clauses.expressions import unquoted
 from dineros.metamodel.errors import GuardError
+from dineros.metamodel.grammars import parser_of
 from dineros.metamodel.guards.conditions import (
     And,
     Assignment,
@@ -88,10 +89,8 @@ def _parsed(text: str, start: str) -> Any:
 
 @cache
 def _parser() -> Lark:
-    from lark import Lark
-
-    grammar = Path(__file__).with_name("guard.lark").read_text(encoding="utf-8")
-    return Lark(grammar, parser="lalr", start=["condition", "assignments"], transformer=_GuardBuilder())
+    starts = ["condition", "assignments"]
+    return parser_of(Path(__file__).with_name("guard.lark"), start=starts, transformer=_GuardBuilder())
 
 
 class _GuardBuilder:

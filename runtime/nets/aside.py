@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from dineros.runtime.nets.enabling import Enabling
-from dineros.runtime.nets.kinds import Kinds
+from dineros.runtime.nets.enabling import Enabling, Kinds
 from dineros.runtime.nets.passing import Tokens
 from dineros.runtime.nets.structure import Structure
 from dineros.runtime.nets.tokens import Token

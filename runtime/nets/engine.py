@@ -18,8 +18,7 @@ from dineros.metamodel.guards.conditions import Condition
 from dineros.metamodel.guards.deciding import fulfils
 from dineros.metamodel.token_data import Value
 from dineros.runtime.nets.aside import PutAside
-from dineros.runtime.nets.enabling import Enabling
-from dineros.runtime.nets.kinds import Kinds
+from dineros.runtime.nets.enabling import Enabling, Kinds
 from dineros.runtime.nets.passing import Passing, Tokens
 from dineros.runtime.nets.ports import Data
 from dineros.runtime.nets.structure import Structure

@@ -41,6 +41,7 @@ from dineros.analysis.logic.language.syntax import (
     Until,
     WeakUntil,
 )
+from dineros.metamodel.grammars import parser_of
 
 if TYPE_CHECKING:
     from lark import Lark, Token
@@ -102,10 +103,8 @@ def parse(text: str, logic: Logic = "ltl") -> Formula:
 
 @cache
 def _parser() -> Lark:
-    from lark import Lark
-
-    grammar = Path(__file__).with_name("formula.lark").read_text(encoding="utf-8")
-    return Lark(grammar, parser="lalr", transformer=_Builder(), maybe_placeholders=False)
+    grammar = Path(__file__).with_name("formula.lark")
+    return parser_of(grammar, transformer=_Builder(), maybe_placeholders=False)
 
 
 class _Sum(NamedTuple):
