@@ -32,6 +32,7 @@ ROOMS = {
 FOLDERS = {
     "metamodel": [
         "errors",
+        "grammars",
         "json_text",
         "limits",
         "message_ids",
