@@ -151,3 +151,12 @@ def test_listeners_of_objects_and_resources_hear_of_changes(tmp_path: Path) -> N
     other.tokens = 4
     assert heard[1:] == [("tokens", 4)]
     assert not pn.Place.eClass.eAllOperations()
+
+
+def test_listeners_see_the_attributes_of_a_new_object() -> None:
+    heard: list[str] = []
+    page = pn.Page(id="page")
+    EObserver(page, notifyChanged=lambda change: heard.append(change.new.id))
+    pn.Place(page=page, id="p")
+    pn.Arc(page=page, id="a", kind="read")
+    assert heard == ["p", "a"]
