@@ -97,7 +97,7 @@ def working(text: str) -> Iterator[None]:
 def _print_styled(text: str, style: str, stream: TextIO) -> None:
     from rich.console import Console
 
-    # What people copy and tools read must not be wrapped or decorated.
+    # Text that people copy or tools read must not be wrapped or decorated.
     Console(file=stream, highlight=False, markup=False, emoji=False, soft_wrap=True).print(text, style=style)
 
 

@@ -86,7 +86,7 @@ class Waited:
 
 @dataclass(frozen=True)
 class Around:
-    """What is known of all tasks so far.
+    """The facts known so far about all tasks.
 
     Attributes
     ----------

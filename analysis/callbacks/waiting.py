@@ -71,7 +71,7 @@ class Callback:
 
 
 class Waiting:
-    """What waits for what in markings of a net.
+    """Which transitions wait for which places in markings of a net.
 
     Parameters
     ----------

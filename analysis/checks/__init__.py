@@ -1,1 +1,1 @@
-"""What `check` asks of any model: a module for each question, its faults and its words."""
+"""The questions that `check` answers about each model: one module for each, with its faults and texts."""

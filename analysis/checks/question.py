@@ -45,7 +45,7 @@ RECURRENCE_SHARE = 0.2
 
 @dataclass
 class Checked:
-    """What is checked, and what is known of it so far.
+    """The checked model, and the facts known about it so far.
 
     Attributes
     ----------

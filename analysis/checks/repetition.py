@@ -1,4 +1,4 @@
-"""What can happen again and again, as a question of a check."""
+"""Repetition, as a question of a check."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ REVERSIBLE = "the net is reversible: the initial marking can always be reached a
 
 
 class Repetition(Question):
-    """What can happen again and again: liveness, reversibility, home markings.
+    """Repetition: liveness, reversibility, home markings.
 
     Few applications are live, so what fails is a note, no fault. Losing messages forever is not part of being
     live. Answers that need more than the given work stay unknown.

@@ -68,7 +68,7 @@ class Notes(NamedTuple):
 
 
 class StubbornTables(NamedTuple):
-    """What closing a set needs; rows of CSR tables, transitions in the engine's order."""
+    """The tables for closing a set; rows of CSR tables, transitions in the engine's order."""
 
     is_used: bool
     keeps_deadlocks: bool

@@ -115,7 +115,7 @@ class Parts:
         """By service the places of requests that wait, one for each client."""
         self.published: dict[sym.PublisherPort, list[str]] = defaultdict(list)
         self.places: dict[pn.Place, list[str]] = defaultdict(list)
-        """What stands for a place of the model: one place, or one for each instance of a server."""
+        """The copies of a place of the model: one, or one for each instance of a server."""
         links = [each for each in subject.links() if isinstance(each.target, pn.Node)]
         self._read_runs(links)
         self._read_topics(links)

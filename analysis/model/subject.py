@@ -146,7 +146,7 @@ def subject_of(
 
 
 def subject_for(model: pn.Net, signals: str, overflow: str = "weighted") -> Subject:
-    """Flatten and compile by the names of variants, as traces and pages say them.
+    """Flatten and compile with variants given by name, as in traces and pages.
 
     Without signals, transitions that a clause blocks forever are not part of the net, as in `base_subject`.
 

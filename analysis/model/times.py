@@ -68,12 +68,12 @@ class LeftOutTimes:
 
     @property
     def of_check(self) -> str:
-        """What that means for what a check finds and proves."""
+        """Its effect on the findings and proofs of a check."""
         return _OF_CHECK if self.changes_runs else _ALL_ANSWERS
 
     @property
     def of_counts(self) -> str:
-        """What that means for the figures of a state space."""
+        """Its effect on the figures of a state space."""
         return _OF_COUNTS if self.changes_runs else _ALL_MARKINGS
 
     def __str__(self) -> str:

@@ -65,7 +65,7 @@ def check_timed_ctl(
     Raises
     ------
     FormulaError
-        The formula is none of CTL, or names something unknown.
+        The formula is not in CTL, or has an unknown name.
     """
     names = names or NetNames(net.untimed)
     budget = budget.begun()

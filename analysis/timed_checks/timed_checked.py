@@ -1,4 +1,4 @@
-"""What is checked with times, and what is known of it so far."""
+"""The model checked with times, and the facts known about it so far."""
 
 from __future__ import annotations
 

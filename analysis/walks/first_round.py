@@ -35,7 +35,7 @@ TRIES, PUMPS = 16, 400
 """Walks aimed at one transition, and at a place that may grow: a loop has to close."""
 
 LEAST_TRIES = 4
-"""Walks to one transition that are compared. One in so many walks is made however long it takes."""
+"""Walks to one transition that are compared; one quarter of all tries is made even if they take long."""
 
 DETOUR, ROOM, DEEPER = 6, 2_000, 5
 """Firings of such a walk: so many for each that it is to fire, and some more; doubled so often, in turn."""

@@ -71,7 +71,7 @@ class Cause:
 
 @dataclass
 class _Outcome:
-    """What is known of an outcome so far."""
+    """The facts known so far about an outcome."""
 
     needs: list[TokenNeed] = field(default_factory=list)
     firings: set[int] = field(default_factory=set)

@@ -49,7 +49,7 @@ class ModelProgram:
 
     @cached_property
     def parameters(self) -> Mapping[str, int | float | bool | str]:
-        """What the model has for parameters, with their defaults.
+        """The parameters of the model, with their defaults.
 
         Raises
         ------

@@ -20,7 +20,7 @@ from dineros.runtime.scheduling.timers import Timer
 LOG = logging.getLogger("dineros.runtime")
 
 WhenStale = Literal["keep", "stop"] | SignalSetting
-"""What becomes of a stale signal: it keeps its value, the net fires nothing more, or it gets this value."""
+"""The treatment of a stale signal: it keeps its value, the net stops, or it gets this value."""
 
 
 class StalenessError(DinerosError):

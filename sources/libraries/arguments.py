@@ -1,4 +1,4 @@
-"""What arguments of calls that make entities say: types, and names of which there may be several."""
+"""Arguments of calls that create entities: types, and names, of which there may be several."""
 
 from __future__ import annotations
 

@@ -66,7 +66,7 @@ class Calls:
                 self._player.add_between(transition)
 
     def begin_instance(self, channel: str, client: str, instance: int) -> None:
-        """Apply that an instance serves a request whose sending is later in the client's trace."""
+        """Apply the start of serving a request whose sending is later in the client's trace."""
         serve, reply = self._ends(channel, client, instance)
         for place in serve.keys() & reply.keys():
             self._marking[place] += serve[place]
