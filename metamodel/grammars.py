@@ -31,5 +31,5 @@ def parser_of(grammar: Path, **options: Any) -> Lark:
 
     folder = grammar.parent / "__pycache__"
     is_stored = not sys.dont_write_bytecode and folder.is_dir()
-    cache = str(folder / f"{grammar.stem}.{sys.implementation.cache_tag}.lark") if is_stored else False
+    cache = str(folder / f"{grammar.stem}.{sys.implementation.cache_tag}.tables") if is_stored else False
     return Lark(grammar.read_text(encoding="utf-8"), parser="lalr", cache=cache, **options)

@@ -73,5 +73,5 @@ def test_nothing_is_stored_without_compiled_modules(grammar: Path, monkeypatch: 
 
 
 def test_a_folder_that_cannot_be_written_does_no_harm(grammar: Path) -> None:
-    (grammar.parent / "__pycache__" / f"some.{sys.implementation.cache_tag}.lark").mkdir()
+    (grammar.parent / "__pycache__" / f"some.{sys.implementation.cache_tag}.tables").mkdir()
     assert accepts(parser_of(grammar), "abb")
