@@ -3,7 +3,11 @@
 A client has at most N goals under way (rule A1). A goal is under way from the moment at which it is sent
 until the client takes its result, or the refusal. So in a window, at most N goals and those that are sent in
 it end. A goal is sent from a place with a capacity: those sent in a window waited there when it began, or
-came in it. Besides, each goal is accepted once at most.
+came in it.
+
+Besides, each goal is accepted once at most. A client of one goal at a time learns that before it takes the
+result (rule A9First). A client of several goals can take results while the news that goals are accepted waits
+for a callback, so any number of these can wait.
 """
 
 from __future__ import annotations
@@ -60,6 +64,8 @@ def goals_ended(page: sym.CallbackPage) -> tuple[Ended, ...] | None:
         if not isinstance(goal, pn.Place) or not goal.capacity or most == UNLIMITED:
             return None
         if [port for port in ports_at(goal) if port is not client]:
+            return None
+        if _ACCEPTED in names and most > 1:
             return None
         times = int(not names.isdisjoint(_ENDS)) + int(_ACCEPTED in names)
         found.append(Ended(client, goal, times, max(1, most) + int(goal.capacity)))
