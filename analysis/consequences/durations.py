@@ -6,6 +6,9 @@ is a note. If writer and reader are in one node net, they share an executor. The
 callbacks that write, each run once, write more than the queue holds: however quick the reader is, it may come
 after them.
 
+With times, it stays an error if the model gives all times that it depends on: those of the callbacks of its
+nodes and of all that send them messages, and of the messages between them.
+
 The search for such an overflow may not end. Then it could only be a note, too, and the question is left to
 the durations. With times, that is so where the callback that reads has no greatest duration.
 """
@@ -18,10 +21,12 @@ from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.checks.overflow import Overflow
 from dineros.analysis.witnesses.findings import Finding, Report
 from dineros.metamodel import pn, sym
-from dineros.metamodel.callbacks.groups import callback_page_of
+from dineros.metamodel.callbacks.bodies import Body
+from dineros.metamodel.callbacks.groups import callback_page_of, runs_callbacks
 from dineros.metamodel.calls import HISTORY_DEPTH
 from dineros.metamodel.elements import is_unseen, node_net_of
-from dineros.metamodel.times.given import duration_of
+from dineros.metamodel.matching import are_matched
+from dineros.metamodel.times.given import duration_of, latency_between, latency_of_calls, period_of
 from dineros.metamodel.times.runs import most_put, only_put_by
 
 WHY = "if callbacks take long enough; the code does not say how long they take"
@@ -33,12 +38,13 @@ def left_to_durations(model: pn.Net, report: Report) -> Report:
     if not isinstance(model, sym.SystemModel):
         return report
     channels = {channel.id: channel for channel in model.channels}
-    findings = [
-        _as_note(finding)
-        if finding.rule == Overflow.LOSES.rule and _depends(channels.get(next(iter(finding.elements), "")))
-        else finding
-        for finding in report.findings
-    ]
+    findings = []
+    for finding in report.findings:
+        channel = channels.get(next(iter(finding.elements), ""))
+        is_open = finding.rule == Overflow.LOSES.rule and _depends(channel)
+        if is_open and channel is not None and report.times is not None:
+            is_open = not _has_all_times(channel)
+        findings.append(_as_note(finding) if is_open else finding)
     unknown = []
     for each in report.unknown:
         channel = channels.get(next(iter(each.elements), ""))
@@ -64,6 +70,60 @@ def _reads_for_any_time(channel: sym.Channel | None) -> bool:
     return bool(pages) and all(
         page is not None and ((given := duration_of(page)) is None or given.latest is None) for page in pages
     )
+
+
+def _has_all_times(channel: sym.Channel) -> bool:
+    """Return whether the model gives all times on which the load of a channel depends."""
+    todo, seen = _nodes_of(channel), set[sym.NodeNet]()
+    while todo:
+        node = todo.pop()
+        if node in seen:
+            continue
+        seen.add(node)
+        if is_unseen(node) or node.lifecycle is not None or not runs_callbacks(node):
+            return False
+        pages = [each for each in node.eAllContents() if isinstance(each, sym.CallbackPage)]
+        if not all(map(_has_times, pages)):
+            return False
+        for other in channel.model.channels if channel.model is not None else ():
+            is_topic = isinstance(other, sym.TopicChannel)
+            places = _places(other)[1] if is_topic else [place for end in _places(other) for place in end]
+            if node in map(node_net_of, places):
+                if not all(map(_ends, _latencies(other, node))):
+                    return False
+                todo += _nodes_of(other)
+    return True
+
+
+def _has_times(page: sym.CallbackPage) -> bool:
+    """Return whether a callback, or each of its steps, has a greatest duration, and a timer its period."""
+    if page.kind == sym.CallbackKind.timer and period_of(page) is None:
+        return False
+    steps = [each.interval for each in Body(page).transitions]
+    return _ends(duration_of(page)) or (bool(steps) and all(map(_ends, steps)))
+
+
+def _ends(interval: pn.TimeInterval | None) -> bool:
+    return interval is not None and interval.latest is not None
+
+
+def _latencies(channel: sym.Channel, node: sym.NodeNet) -> list[pn.TimeInterval | None]:
+    """Return the latencies of what a node gets from a channel; of requests and goals, of all of them."""
+    if isinstance(channel, sym.TopicChannel):
+        return [
+            latency_between(writer, reader)
+            for reader in channel.subscribers
+            for writer in channel.publishers
+            if node_net_of(reader.place) is node and are_matched(writer, reader)
+        ]
+    if isinstance(channel, sym.ServiceChannel | sym.ActionChannel):
+        return [latency_of_calls(client) for client in channel.clients]
+    return []
+
+
+def _nodes_of(channel: sym.Channel) -> list[sym.NodeNet]:
+    nodes = [node_net_of(place) for end in _places(channel) for place in end]
+    return [each for each in nodes if each is not None]
 
 
 def _depends(channel: sym.Channel | None) -> bool:

@@ -87,3 +87,25 @@ def test_the_depth_of_a_service_counts_in_one_executor(depth: int, severity: str
     found = Finding("queue-overflow", "error", (channel.id,), "the history can overflow")
     (after,) = left_to_durations(model, Report(findings=[found])).findings
     assert after.severity == severity
+
+
+@pytest.mark.parametrize("missing", ["", "duration", "latency", "period", "sender", "times"])
+def test_an_overflow_for_all_given_times_is_an_error(missing: str) -> None:
+    """A timer ticks each 50 ms, and the reader needs 100 ms."""
+    model = model_of_code()
+    model.times = sym.DefaultTimes(latency=seconds(0, 0.001), duration=seconds(0, 0.001))
+    page = find(model, "lidar.on_timer", sym.CallbackPage)
+    page.timer, page.assumed = 0.05, ""
+    reads = find(model, "log.on_scan", sym.CallbackPage)
+    reads.duration = seconds(0.1, None if missing == "duration" else 0.1)
+    match missing:
+        case "latency":
+            model.times.latency = None
+        case "period":
+            page.timer = None
+        case "sender":
+            page.duration = seconds(0, None)
+    found = Finding("queue-overflow", "error", ("topic.scan",), "a message is lost")
+    report = Report(findings=[found], times=None if missing == "times" else TIMES)
+    (after,) = left_to_durations(model, report).findings
+    assert after.severity == ("note" if missing else "error")

@@ -85,7 +85,8 @@ class _Maker:
             if "jitter" in each:
                 page.jitter = round(each["jitter"] * self.unit, 9)
             if each["offset"] != "any":
-                page.offset = self.interval(each["offset"], each["offset"])
+                offset = each["offset"]
+                page.offset = self.interval(*(offset if isinstance(offset, list) else (offset, offset)))
         before: list[pn.PlaceNode] = []
         if kind == "subscriber":
             heard = place(page, f"{name}.heard")

@@ -54,6 +54,12 @@ class _State(NamedTuple):
     """By writer and reader: messages on their way; their age is how long they are."""
     running: tuple[tuple[str, int, Data], ...]
     """Runs: a callback, how long it works, what it works on; in an order that tells nothing."""
+    results: tuple[frozenset[str], ...] = ()
+    """By node with an order: callbacks that were ready when its thread looked, and are not taken yet."""
+
+
+TOLD = "!"
+"""Ends the name of a run that has published in the middle of its work."""
 
 
 class TooManyStatesError(Exception):
@@ -61,7 +67,7 @@ class TooManyStatesError(Exception):
 
 
 class Threads:
-    """Explores a system of timers and subscriptions that work once and then publish.
+    """Explores a system of timers and subscriptions that work once, and publish then or meanwhile.
 
     Parameters
     ----------
@@ -71,16 +77,21 @@ class Threads:
 
     def __init__(self, system: dict[str, Any]) -> None:
         self.threads = {name: node["threads"] for name, node in system["nodes"].items()}
+        self.ordered = [name for name, node in system["nodes"].items() if node.get("order", "any") != "any"]
         self.callbacks = {each["name"]: each for each in system["callbacks"]}
+        self.open = {
+            name: step[3] for name, each in self.callbacks.items() if (step := each["script"][0])[0] == "open"
+        }
+        self.callbacks |= {name + TOLD: self.callbacks[name] for name in self.open}
         self.timers = [each for each in system["callbacks"] if "period" in each]
         self.readers = [each for each in system["callbacks"] if "topic" in each]
         self.pairs = [
             (writer["name"], number)
             for writer in system["callbacks"]
             for step in writer["script"]
-            if step[0] == "publish"
+            if step[0] in ("publish", "open")
             for number, reader in enumerate(self.readers)
-            if reader["topic"] == step[1]
+            if reader["topic"] == step[-1]
         ]
         self.latency = [system["latency"][self.readers[number]["topic"]] for _, number in self.pairs]
         self.found = Followed({each["name"]: 0 for each in self.readers}, set(), set(), {}, {})
@@ -95,11 +106,11 @@ class Threads:
         """
         starts: list[tuple[int, ...]] = [()]
         for timer in self.timers:
-            offsets = range(timer["period"] + 1) if timer["offset"] == "any" else (timer["offset"],)
-            starts = [(*start, offset) for start in starts for offset in offsets]
+            starts = [(*start, offset) for start in starts for offset in _offsets(timer)]
         on_time = ((),) * len(self.timers)
         none = (on_time, (None,) * len(self.timers), ((),) * len(self.readers), ((),) * len(self.pairs), ())
-        todo = [_State(start, *none) for start in starts]
+        results = (frozenset[str](),) * len(self.ordered)
+        todo = [_State(start, *none, results) for start in starts]
         known = set(todo)
         while todo:
             for after in self._successors(todo.pop()):
@@ -128,8 +139,11 @@ class Threads:
             must = True
             yield begun
         for run in state.running:
-            _, least, most = self.callbacks[run[0]]["script"][0]
-            if run[1] >= least:
+            least, most = self.callbacks[run[0]]["script"][0][1:3]
+            if run[0] in self.open:
+                must = must or run[1] == most
+                yield self._tell(state, run)
+            elif run[1] >= least:
                 must = must or run[1] == most
                 yield self._end(state, run)
         if not must:
@@ -169,26 +183,56 @@ class Threads:
     def _begun(self, state: _State) -> Iterator[_State]:
         for number, timer in enumerate(self.timers):
             tick = state.due[number]
-            if tick is not None and self._can_begin(state, timer):
-                left = state._replace(due=_with(state.due, number, None))
+            if tick is not None and (left := self._taken(state, timer)) is not None:
+                left = left._replace(due=_with(state.due, number, None))
                 yield left._replace(running=_sorted(left.running, (timer["name"], 0, tick)))
         for number, reader in enumerate(self.readers):
-            if state.queues[number] and self._can_begin(state, reader):
+            if state.queues[number] and (left := self._taken(state, reader)) is not None:
                 first, *rest = state.queues[number]
-                left = state._replace(queues=_with(state.queues, number, tuple(rest)))
+                left = left._replace(queues=_with(state.queues, number, tuple(rest)))
                 yield left._replace(running=_sorted(left.running, (reader["name"], 0, first)))
 
-    def _end(self, state: _State, run: tuple[str, int, Data]) -> _State:
-        name, _, data = run
-        _note(self.found.response, name, data.age)
-        _note(self.found.chains, (data.timer, name), data.since)
+    def _taken(self, state: _State, each: dict[str, Any]) -> _State | None:
+        """Return the state after an executor has chosen a callback that is ready; None if it does not."""
+        if not self._can_begin(state, each):
+            return None
+        if each["node"] not in self.ordered:
+            return state
+        at = self.ordered.index(each["node"])
+        result = state.results[at] or self._ready(state, each["node"])
+        timers = {name for name in result if "period" in self.callbacks[name]}
+        if each["name"] not in (timers or result):
+            return None
+        return state._replace(results=_with(state.results, at, result - {each["name"]}))
+
+    def _ready(self, state: _State, node: str) -> frozenset[str]:
+        pairs = [*zip(self.timers, state.due, strict=True), *zip(self.readers, state.queues, strict=True)]
+        return frozenset(each["name"] for each, waiting in pairs if waiting and each["node"] == node)
+
+    def _tell(self, state: _State, run: tuple[str, int, Data]) -> _State:
+        """Publish in the middle of the work."""
+        name, works, data = run
         runs = list(state.running)
         runs.remove(run)
+        after = state._replace(running=_sorted(tuple(runs), (name + TOLD, works, data)))
+        return self._publish(after, name, data)
+
+    def _publish(self, state: _State, name: str, data: Data) -> _State:
         flights = state.flights
         for number, (writer, _) in enumerate(self.pairs):
             if writer == name:
                 flights = _with(flights, number, (*flights[number], data._replace(age=0)))
-        return state._replace(running=tuple(runs), flights=flights)
+        return state._replace(flights=flights)
+
+    def _end(self, state: _State, run: tuple[str, int, Data]) -> _State:
+        name, _, data = run
+        is_told, name = name.endswith(TOLD), name.removesuffix(TOLD)
+        _note(self.found.response, name, data.age)
+        _note(self.found.chains, (data.timer, name), data.since)
+        runs = list(state.running)
+        runs.remove(run)
+        after = state._replace(running=tuple(runs))
+        return after if is_told else self._publish(after, name, data)
 
     def _later(self, state: _State) -> _State:
         return _State(
@@ -198,7 +242,19 @@ class Threads:
             tuple(tuple(each.older() for each in queue) for queue in state.queues),
             tuple(tuple(each.older() for each in flight) for flight in state.flights),
             tuple((name, works + 1, data.older()) for name, works, data in state.running),
+            state.results,
         )
+
+
+def _offsets(timer: dict[str, Any]) -> range:
+    """Return when a timer may strike first."""
+    match timer["offset"]:
+        case "any":
+            return range(timer["period"] + 1)
+        case [least, most]:
+            return range(least, most + 1)
+        case offset:
+            return range(offset, offset + 1)
 
 
 def _note(spans: dict[Any, tuple[int, int]], key: object, time: int) -> None:
