@@ -10,8 +10,9 @@ from __future__ import annotations
 from dataclasses import replace
 from fractions import Fraction
 
+from dineros.analysis.bounds.reading import Tasks
 from dineros.analysis.bounds.solving import solve
-from dineros.analysis.bounds.tasks import Task, Tasks
+from dineros.analysis.bounds.tasks import Task
 from dineros.analysis.bounds.work import Publishing
 from dineros.analysis.latencies.answers import RELEASED, End, Everything, Latency, named
 from dineros.analysis.latencies.measuring import Bound

@@ -23,7 +23,8 @@ import networkx as nx
 from dineros.analysis.bounds.clusters import Cluster
 from dineros.analysis.bounds.curves import Curve, added
 from dineros.analysis.bounds.lanes import Around, Waited, are_alone, waited
-from dineros.analysis.bounds.tasks import Lane, Source, Task, Tasks
+from dineros.analysis.bounds.reading import Tasks
+from dineros.analysis.bounds.tasks import Lane, Source, Task
 from dineros.metamodel import sym
 from dineros.metamodel.callbacks.groups import threads_of
 from dineros.metamodel.elements import label
