@@ -12,8 +12,9 @@ from dataclasses import dataclass, field, replace
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.latencies.instances import Instance, longest_instance
+from dineros.analysis.latencies.markers import Asks
 from dineros.analysis.latencies.measuring import Bound, Measured, measured
-from dineros.analysis.latencies.observer import Asks, Observer
+from dineros.analysis.latencies.observer import Observer
 from dineros.analysis.latencies.parts import Parts
 from dineros.analysis.latencies.paths import Path, callback_pages, paths_between, responses_of
 from dineros.analysis.latencies.sampling import NotFollowedError

@@ -9,8 +9,9 @@ import numpy as np
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.answers.outcome import FiredAt
+from dineros.analysis.latencies.markers import DONE, OVER, WATCHING
 from dineros.analysis.latencies.measuring import LONGER, Bound, clock_of, times_of
-from dineros.analysis.latencies.observer import DONE, OVER, WATCHING, Observer
+from dineros.analysis.latencies.observer import Observer
 from dineros.analysis.timed.nets import TimedNet
 from dineros.analysis.timed.schedules import Gap, schedule
 from dineros.analysis.timed.search import ClassSearch

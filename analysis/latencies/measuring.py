@@ -8,7 +8,8 @@ from fractions import Fraction
 import numpy as np
 
 from dineros.analysis.answers.budget import Budget
-from dineros.analysis.latencies.observer import DONE, GO, LOST, OVER, Observer
+from dineros.analysis.latencies.markers import DONE, GO, LOST, OVER
+from dineros.analysis.latencies.observer import Observer
 from dineros.analysis.timed.classes import Kind
 from dineros.analysis.timed.nets import TimedNet
 from dineros.analysis.timed.search import ClassSearch

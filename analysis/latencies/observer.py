@@ -23,9 +23,26 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
-from typing import Any, Literal, TypeVar
+from typing import Any
 
 from dineros.analysis.latencies.editing import PLAIN, Case, EditedNet, Firing
+from dineros.analysis.latencies.followed_messages import FollowedMessages, StartOfInstance
+from dineros.analysis.latencies.followed_runs import FollowedRuns
+from dineros.analysis.latencies.markers import (
+    ARMED,
+    DONE,
+    GO,
+    IDLE,
+    LOST,
+    NOW,
+    OVER,
+    SHOWN,
+    WATCHING,
+    Asks,
+    exactly,
+    only,
+    some,
+)
 from dineros.analysis.latencies.parts import Parts, Run
 from dineros.analysis.latencies.paths import Hop, Path, Way
 from dineros.analysis.latencies.sampling import NotFollowedError, displaced, place_of_value, require_steady
@@ -35,19 +52,7 @@ from dineros.analysis.timed.nets import Interval, TimedNet
 from dineros.metamodel import sym
 from dineros.metamodel.times.runs import most_put
 
-IDLE, ARMED, WATCHING, SHOWN, DONE, LOST, OVER, GO = (
-    f"observer {word}" for word in ("idle", "armed", "watching", "shown", "done", "lost", "over", "go")
-)
-T = TypeVar("T")
-Asks = Literal["latency", "age", "reaction"]
 WATCH = "observer watch"
-NOW = Interval(latest=Fraction(0))
-
-
-def _only(found: Sequence[T]) -> T:
-    if len(found) != 1:
-        raise NotFollowedError
-    return found[0]
 
 
 class Observer:
@@ -77,14 +82,13 @@ class Observer:
             self._net.place(place)
         self._net.place(IDLE, 1)
         self._net.place(GO, 1)
-        self.is_exact = True
-        self._begins: dict[str, int] = {IDLE: 1}
-        self._measures: dict[str, int] = {WATCHING: 1}
-        self._plain, self._arms = PLAIN, list[Case]()
+        self._is_exact = True
+        self._start = StartOfInstance({IDLE: 1}, {WATCHING: 1})
         if asks == "reaction":
-            self._begins, self._measures = {ARMED: 1}, {}
-            self._plain = Case(inhibit={ARMED: 1})
-            self._arms = [Case(take={IDLE: 1}, put={WATCHING: 1, ARMED: 1})]
+            arms = [Case(take={IDLE: 1}, put={WATCHING: 1, ARMED: 1})]
+            self._start = StartOfInstance({ARMED: 1}, {}, Case(inhibit={ARMED: 1}), arms)
+        self._runs = FollowedRuns(self._net, parts, explored)
+        self._messages = FollowedMessages(self._net, parts, explored, self._start)
         self._arrives: dict[str, Any] = {"take": {GO: 1}, "put": {DONE: 1}}
         if asks == "age":
             self._arrives = {"take": {}, "put": {SHOWN: 1}}
@@ -94,6 +98,11 @@ class Observer:
             for name in self._outputs():
                 replaced = Case(take={SHOWN: 1, GO: 1}, put={DONE: 1})
                 self._net.split(name, [Case(inhibit={SHOWN: 1}), replaced])
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether what it measures can happen, and nothing else."""
+        return self._is_exact and self._messages.is_exact
 
     def original(self, name: str) -> str | None:
         """Return the transition of the net without the observer that a transition stands for, if any."""
@@ -120,7 +129,9 @@ class Observer:
         """Return the transitions by which the path ends, whatever their data is."""
         if self._path.last is not None:
             return list(self._parts.published[self._path.last])
-        return [name for run in self._parts.runs_of(self._path.callbacks[-1]) for name in self._endings(run)]
+        return [
+            name for run in self._parts.runs_of(self._path.callbacks[-1]) for name in self._runs.endings(run)
+        ]
 
     def _follow(self, number: int, page: sym.CallbackPage) -> None:
         path = self._path
@@ -164,25 +175,25 @@ class Observer:
             raise NotFollowedError
         tick, due = self._parts.ticks[page]
         waits = self._net.place(f"observer {number} due")
-        follows = Case(take=self._begins, put={**self._measures, waits: 1})
-        self._net.split(tick, [self._plain, *self._arms, follows])
-        for begin in self._beginnings(run):
+        follows = Case(take=self._start.begins, put={**self._start.measures, waits: 1})
+        self._net.split(tick, [self._start.plain, *self._start.arms, follows])
+        for begin in self._runs.beginnings(run):
             if due not in self._net.original(begin).take:
                 raise NotFollowedError
-            follows = self._case(run, take={waits: 1}, put=begun)
+            follows = self._runs.case(run, take={waits: 1}, put=begun)
             self._net.split(begin, [Case(inhibit={waits: 1}), follows])
 
     def _serve(self, number: int, page: sym.CallbackPage, begun: dict[int, dict[str, int]]) -> None:
         """Follow a request from its arrival to the beginning of the callback that serves it."""
-        service = _only([each for each in self._parts.requests if each.server.page is page])
+        service = only([each for each in self._parts.requests if each.server.page is page])
         places = self._parts.requests[service]
-        self.is_exact &= len(places) == 1 and self._asks != "reaction"
+        self._is_exact &= len(places) == 1 and self._asks != "reaction"
         for at, place in enumerate(places):
             waits = self._net.place(f"observer {number} request {at}")
             for producer in self._net.producers(place):
                 self._net.split(producer, [PLAIN, Case(take={IDLE: 1}, put={WATCHING: 1, waits: 1})])
             for run in self._parts.runs_of(page):
-                for begin in self._beginnings(run):
+                for begin in self._runs.beginnings(run):
                     if place in self._net.original(begin).take:
                         follows = Case(take={waits: 1}, put=begun[id(run)])
                         self._net.split(begin, [Case(inhibit={waits: 1}), follows])
@@ -203,23 +214,23 @@ class Observer:
         arrived = net.place(f"observer {number} arrived")
         received = self._parts.received[reader]
         if hop is not None:
-            self._pipe(number, hop, received, arrived, is_first)
-        comes = self._begins if hop is None else {arrived: 1}
-        stays: dict[str, int] = {waits: 1, **(self._measures if hop is None else {})}
-        first = self._plain if hop is None else Case(inhibit={arrived: 1})
-        others = self._arms if hop is None else [Case(read={arrived: 1, received: 1})]
+            self._messages.pipe(number, hop, received, arrived, is_first)
+        comes = self._start.begins if hop is None else {arrived: 1}
+        stays: dict[str, int] = {waits: 1, **(self._start.measures if hop is None else {})}
+        first = self._start.plain if hop is None else Case(inhibit={arrived: 1})
+        others = self._start.arms if hop is None else [Case(read={arrived: 1, received: 1})]
         lost = Case(take={waits: 1, WATCHING: 1, GO: 1}, put={LOST: 1}, inhibit={ahead: 1})
         if self._asks == "reaction":
             lost = Case(read={waits: 1}, inhibit={ahead: 1})
         most = self._most(queue.load)
-        entrance = _only(queue.entrances)
+        entrance = only(queue.entrances)
         net.split(
             entrance.enter,
             [
                 first,
                 *others,
                 *(
-                    Case(take=comes, put=_some(stays, ahead, k), **_exactly(queue.load, k))
+                    Case(take=comes, put=some(stays, ahead, k), **exactly(queue.load, k))
                     for k in range(most + 1)
                 ),
             ],
@@ -229,66 +240,25 @@ class Observer:
             [
                 Case(inhibit={waits: 1, **(first.inhibit if hop is None else {arrived: 1})}),
                 *others,
-                Case(take=comes, put=_some(stays, ahead, reader.limit - 1)),
+                Case(take=comes, put=some(stays, ahead, reader.limit - 1)),
                 Case(read={waits: 1}, take={ahead: 1}),
                 lost,
             ],
         )
-        begin = _only([each for each in self._beginnings(run) if each == queue.leave])
+        begin = only([each for each in self._runs.beginnings(run) if each == queue.leave])
         net.split(
             begin,
             [
                 Case(inhibit={waits: 1}),
                 Case(read={waits: 1}, take={ahead: 1}),
-                self._case(run, take={waits: 1}, put=begun, inhibit={ahead: 1}),
+                self._runs.case(run, take={waits: 1}, put=begun, inhibit={ahead: 1}),
             ],
         )
-
-    def _pipe(self, number: int, hop: Hop, received: str, arrived: str, is_first: bool) -> None:
-        """Follow a message on its way to a history; `_send` puts it on the way."""
-        if (hop.writer, hop.reader) not in self._parts.pipes:
-            raise NotFollowedError
-        net, pipe = self._net, self._parts.pipes[hop.writer, hop.reader]
-        sent, ahead = net.place(f"observer {number} on the way"), net.place(f"observer {number} sooner")
-        inside, landed = net.place(f"observer {number} sent"), net.place(f"observer {number} landed")
-        if is_first:
-            self._publish(hop, number, [(self._begins, self._measures, {})], is_first=True)
-        for producer in net.producers(pipe.written):
-            net.extend(producer, put={inside: 1})
-        for exit_ in pipe.exits:
-            net.redirect(exit_, received, landed)
-        arrives = Firing(
-            f"observer {number} arrives", {landed: 1, inside: 1}, {received: 1}, {}, {received: 1}, NOW
-        )
-        net.add(arrives)
-        net.split(
-            arrives.name,
-            [
-                Case(inhibit={sent: 1}),
-                Case(read={sent: 1}, take={ahead: 1}),
-                Case(take={sent: 1}, put={arrived: 1}, inhibit={ahead: 1}),
-            ],
-        )
-        loses = [
-            Case(inhibit={sent: 1}),
-            Case(read={sent: 1}, take={ahead: 1}),
-            Case(take={sent: 1, WATCHING: 1, GO: 1}, put={LOST: 1}, inhibit={ahead: 1}),
-        ]
-        if pipe.is_on_the_way:
-            # Which message it is depends on how many are on their way; any of these is possible then.
-            loses += [
-                Case(read={sent: 1}),
-                Case(take={sent: 1, WATCHING: 1, GO: 1}, put={LOST: 1}, read={ahead: 1}),
-            ]
-            names = self._explored.net.untimed.transitions
-            self.is_exact &= names.index(pipe.drop) not in self._explored.ways
-        net.split(pipe.drop, loses)
-        net.extend(pipe.drop, take={inside: 1})
 
     def _send(self, number: int, writer: sym.PublisherPort, hop: Hop | None) -> None:
         """Make the observer follow publications that a run has put on the place of a publisher."""
         for publish in self._parts.published[writer]:
-            source = _only(self._sources(publish))
+            source = only(self._messages.sources(publish))
             followed = f"observer {number} sends {source}"
             if followed not in self._net.places:
                 continue
@@ -296,50 +266,16 @@ class Observer:
                 ends = Case(rename={source: followed}, **self._arrives)
                 self._net.split(publish, [PLAIN, ends])
             else:
-                self._publish(hop, number + 1, [({}, {}, {source: followed})], publish)
-
-    def _publish(
-        self,
-        hop: Hop,
-        number: int,
-        ways: Sequence[tuple[dict[str, int], dict[str, int], dict[str, str]]],
-        only: str | None = None,
-        is_first: bool = False,
-    ) -> None:
-        """Put a message on its way to callback `number`, behind those that are on it."""
-        pipe = self._parts.pipes[hop.writer, hop.reader]
-        index = self._explored.net.untimed.places
-        inside = [index.index(place) for place in pipe.inside]
-        most = int(self._explored.markings[:, inside].sum(axis=1).max())
-        sent, ahead = f"observer {number} on the way", f"observer {number} sooner"
-        counted = f"observer {number} sent"
-        for publish in self._parts.published[hop.writer]:
-            if only in (None, publish):
-                cases = [
-                    Case(
-                        take=take,
-                        put=_some({**put, sent: 1}, ahead, k),
-                        rename=rename,
-                        **_exactly(counted, k),
-                    )
-                    for take, put, rename in ways
-                    for k in range(most + 1)
-                ]
-                others = [self._plain, *self._arms] if is_first else [PLAIN]
-                self._net.split(publish, [*others, *cases])
-
-    def _sources(self, publish: str) -> list[str]:
-        """Return the places from which a publication takes its message."""
-        return [each for each in self._net.original(publish).take if each not in self._parts.rooms]
+                self._messages.publish(hop, number + 1, [({}, {}, {source: followed})], publish)
 
     def _sample(self, number: int, comes: Stored, runs: Sequence[Run]) -> None:
         """Follow a value from where it is stored to the first run that reads it; `_run` lets it be read."""
         place, marker = self._value(number, comes)
         lost = Case(take={marker: 1, WATCHING: 1, GO: 1}, put={LOST: 1})
-        self.is_exact &= displaced(
+        self._is_exact &= displaced(
             self._net, self._parts, comes, place, marker, lost, self._asks == "reaction"
         )
-        told_apart = {name for run in runs for name in (*run.moves, *self._endings(run))}
+        told_apart = {name for run in runs for name in (*run.moves, *self._runs.endings(run))}
         for run in runs:
             require_steady(self._net, self._explored, run, place, sorted(told_apart & self._net.cases.keys()))
 
@@ -369,13 +305,13 @@ class Observer:
         if isinstance(sends, Stored):
             sources = dict([self._value(number + 1, sends)])
         elif sends is not None:
-            found = {s for publish in self._parts.published[sends] for s in self._sources(publish)}
+            found = {s for publish in self._parts.published[sends] for s in self._messages.sources(publish)}
             sources = {source: f"observer {number} sends {source}" for source in found}
         value, stored = self._value(number, comes) if isinstance(comes, Stored) else ("", "")
-        ends = set(self._endings(run))
+        ends = set(self._runs.endings(run))
         once = sends is None or most_put(run.page, sends.place) == 1
-        own = self._own(run)
-        touching = set(self._clock_moves(run)) if run.is_colored else set()
+        own = self._runs.own(run)
+        touching = set(self._runs.clock_moves(run)) if run.is_colored else set()
         for name in list(net.cases):
             if name.startswith("observer "):
                 continue
@@ -396,11 +332,11 @@ class Observer:
             read = {} if is_end else held
             cases = [PLAIN if run.is_colored else Case(inhibit=held)]
             if leaves is None:
-                cases.append(self._case(run, read=read, take=take, put=arrives["put"]))
+                cases.append(self._runs.case(run, read=read, take=take, put=arrives["put"]))
             else:
                 first = {"take": {**take, unsent: 1}, "put": leaves.put, "instead": leaves.instead}
-                cases.append(self._case(run, read=read, **first))
-                cases.append(self._case(run, read=read, take=take, inhibit={unsent: 1} if once else {}))
+                cases.append(self._runs.case(run, read=read, **first))
+                cases.append(self._runs.case(run, read=read, take=take, inhibit={unsent: 1} if once else {}))
             if samples:
                 # A run that is followed from here on. Any run may be the last one that reads the value.
                 if self._asks != "age":
@@ -412,75 +348,18 @@ class Observer:
                 cases.append(Case(take=take, put={**put, **leaves.put}, instead=leaves.instead))
             net.split(name, cases)
         if run.is_colored and run.busy:
-            self._color_clock(run)
+            self._runs.color_clock(run)
 
     def _leaves(self, tells: Sequence[str], sources: dict[str, str], is_stored: bool) -> Case | None:
         """Return the effect of a transition that publishes or stores the followed data; None for others."""
         if not tells:
             return None
-        told = _only(tells)
+        told = only(tells)
         followed = sources[told]
         if followed not in self._net.places:
             self._net.place(followed)
         return Case(put={followed: 1}) if is_stored else Case(instead={told: followed})
 
-    def _color_clock(self, run: Run) -> None:
-        """Give the run that is followed a clock of its own."""
-        for name in (run.clock_begin, run.clock_end):
-            free = frozenset({run.clock_free})
-            self._net.split(name, [PLAIN, self._case(run, drop=free)])
-
-    def _clock_moves(self, run: Run) -> set[str]:
-        return {run.clock_begin, run.clock_end, *run.other_clocks}
-
-    def _case(self, run: Run, **more: object) -> Case:
-        """Return a case of a transition of the run that is followed."""
-        names: dict[str, str] = {}
-        if run.is_colored:
-            for place in sorted(self._own(run)):
-                names[place] = f"observer of {place}"
-                if names[place] not in self._net.places:
-                    self._net.place(names[place])
-        return Case(rename=names, **more)  # type: ignore[arg-type]
-
-    def _own(self, run: Run) -> set[str]:
-        """Return the places that hold nothing but tokens of runs: they are empty if there is none."""
-        if not run.is_colored:
-            return set()
-        if run.known_own is None:
-            index = {name: at for at, name in enumerate(self._explored.net.untimed.places)}
-            markings = self._explored.markings
-            none = markings[markings[:, [index[place] for place in run.places]].sum(axis=1) == 0]
-            ports = {
-                source
-                for names in self._parts.published.values()
-                for publish in names
-                for source in self._net.original(publish).take
-            }
-            run.known_own = {
-                place for place in run.own if place not in ports and not none[:, index[place]].any()
-            }
-        return run.known_own
-
-    def _beginnings(self, run: Run) -> list[str]:
-        return [name for name in self._net.cases if self._begun(name, run) > 0]
-
-    def _endings(self, run: Run) -> list[str]:
-        return [name for name in self._net.cases if self._begun(name, run) < 0]
-
-    def _begun(self, name: str, run: Run) -> int:
-        firing = self._net.original(name)
-        return sum(firing.put.get(place, 0) - firing.take.get(place, 0) for place in run.places)
-
     def _most(self, place: str) -> int:
         at = self._explored.net.untimed.places.index(place)
         return int(self._explored.markings[:, at].max())
-
-
-def _some(put: dict[str, int], place: str, number: int) -> dict[str, int]:
-    return {**put, place: number} if number else put
-
-
-def _exactly(place: str, number: int) -> dict[str, Any]:
-    """Return conditions that a place holds exactly so many tokens."""
-    return {"inhibit": {place: number + 1}, **({"read": {place: number}} if number else {})}
