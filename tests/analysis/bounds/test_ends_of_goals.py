@@ -16,10 +16,14 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+from dineros.analysis.answers.budget import Budget
+from dineros.analysis.bounds.losses import never_lost
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.models import compile_net
+from dineros.analysis.timed.exploring import explore_timed
+from dineros.analysis.timed.timed_subject import timed_base_subject
 from dineros.metamodel import pn, sym
-from dineros.metamodel.build import callback, node_net, place, step
+from dineros.metamodel.build import callback, node_net, place, seconds, step
 from dineros.metamodel.callbacks.groups import callback_page_of
 from dineros.metamodel.constraints import validate
 from dineros.metamodel.elements import channels, find
@@ -67,10 +71,10 @@ def drawn(seed: int) -> sym.SystemModel:
             if not possible.get(name, True):
                 continue
             nowhere = [None] * (1 if name != "accepted" or client.outstanding == 1 else 5)
-            page = random.choice([pages[0], pages[0], pages[1], *nowhere])
-            if page is not None:
-                told = place(page, f"{page.id}.{name}{number}")
-                step(page, f"{told.id}.noted", [told], [])
+            called = random.choice([pages[0], pages[0], pages[1], *nowhere])
+            if called is not None:
+                told = place(called, f"{called.id}.{name}{number}")
+                step(called, f"{told.id}.noted", [told], [])
                 setattr(client, name, told)
         action.clients.append(client)
     assert [str(each) for each in validate(model) if each.severity == "error"] == []
@@ -155,10 +159,12 @@ def test_acceptances_of_several_goals_pile_up() -> None:
 
 def shared_goal(client: sym.ActionClientPort) -> None:
     action = client.channel
+    assert action is not None
     action.clients.append(sym.ActionClientPort(client="another", goal=client.goal))
 
 
 def marked_answer(client: sym.ActionClientPort) -> None:
+    assert client.succeeded is not None
     client.succeeded.tokens = 1
 
 
@@ -172,3 +178,53 @@ def test_goals_and_answers_from_elsewhere_are_not_bounded(
     assert page is not None and goals_ended(page) is not None
     change(action.clients[0])
     assert goals_ended(page) is None
+
+
+def with_bursts(depth: int) -> sym.SystemModel:
+    """Return a client whose callback of results waits 180 ms for its group, while goals gather."""
+    model = sym.SystemModel(id="robot", middleware="ros2")
+    model.times = sym.DefaultTimes(latency=seconds(0, 0), duration=seconds(0, 0))
+    worker = node_net(model, "worker", execution="callbacks")
+    work = callback(worker, "work", "goal")
+    entry, done = place(work, "entry"), place(work, "done")
+    step(work, "does", [entry], [done])
+    node = node_net(model, "client", execution="callbacks", threads=2)
+    asks = callback(node, "asks", "timer", 0.03)
+    asks.offset = seconds(0, 0)
+    goal, told, runs = place(node, "goal"), place(node, "told"), place(asks, "asks.runs")
+    goal.capacity = 3
+    step(asks, "asks.begins", [], [runs]).kind = sym.TransitionKind.start
+    step(asks, "asks.sends", [runs], [goal]).kind = sym.TransitionKind.end
+    step(asks, "asks.waits", [runs], []).kind = sym.TransitionKind.end
+    over, slow = callback(node, "over", "client"), callback(node, "slow", "timer", 0.21)
+    over.group = slow.group = sym.CallbackGroup(id="own", name="own", kind="exclusive")
+    node.callbackGroups.append(over.group)
+    result = place(over, "result")
+    step(over, "over.tells", [result], [told])
+    slow.offset, slow.duration = seconds(0, 0), seconds(0.18, 0.18)
+    step(slow, "slow.does", [], [])
+    action = sym.ActionChannel(id="go", action="/go", model=model)
+    action.server = sym.ActionServerPort(page=work, entry=entry, succeeded=done)
+    client = sym.ActionClientPort(client="c", goal=goal, succeeded=result)
+    client.outstanding = 1
+    action.clients.append(client)
+    hears = callback(node_net(model, "hearer", execution="callbacks"), "hears")
+    message = place(hears, "message")
+    step(hears, "hears.does", [message], [])
+    topic = sym.TopicChannel(id="told.topic", topic="/told", model=model)
+    topic.publishers.append(sym.PublisherPort(place=told))
+    topic.subscribers.append(sym.SubscriberPort(place=message, limit=depth))
+    return model
+
+
+@pytest.mark.parametrize(
+    ("depth", "loses", "is_proved"), [(4, True, False), (7, False, False), (8, False, True)]
+)
+def test_a_burst_of_results(depth: int, loses: bool, is_proved: bool) -> None:
+    """The run under way, a goal under way, three that wait, and a goal of a run, a tick and a strike: 8."""
+    subject = timed_base_subject(with_bursts(depth))
+    names = subject.timed.untimed.transitions
+    found = explore_timed(subject.timed, Budget(states=1_000_000))
+    (drop,) = [each for each in names if ".reader." in each and each.endswith(".drop")]
+    assert found.is_complete
+    assert (names.index(drop) in found.ways, drop in never_lost(subject)) == (loses, proves)
