@@ -27,6 +27,7 @@ from dineros.metamodel.build import callback, node_net, place, seconds, step
 from dineros.metamodel.callbacks.groups import callback_page_of
 from dineros.metamodel.constraints import validate
 from dineros.metamodel.elements import channels, find
+from dineros.metamodel.times.rates import on_the_way
 from dineros.metamodel.times.results import goals_ended
 from dineros.transformations.flattening.flatten import flatten
 
@@ -218,9 +219,9 @@ def with_bursts(depth: int) -> sym.SystemModel:
 
 
 @pytest.mark.parametrize(
-    ("depth", "loses", "is_proved"), [(4, True, False), (7, False, False), (8, False, True)]
+    ("depth", "loses", "proves"), [(4, True, False), (7, False, False), (8, False, True)]
 )
-def test_a_burst_of_results(depth: int, loses: bool, is_proved: bool) -> None:
+def test_a_burst_of_results(depth: int, loses: bool, proves: bool) -> None:
     """The run under way, a goal under way, three that wait, and a goal of a run, a tick and a strike: 8."""
     subject = timed_base_subject(with_bursts(depth))
     names = subject.timed.untimed.transitions
@@ -228,3 +229,9 @@ def test_a_burst_of_results(depth: int, loses: bool, is_proved: bool) -> None:
     (drop,) = [each for each in names if ".reader." in each and each.endswith(".drop")]
     assert found.is_complete
     assert (names.index(drop) in found.ways, drop in never_lost(subject)) == (loses, proves)
+
+
+def test_each_message_of_a_burst_has_a_clock() -> None:
+    """As many as above; with fewer, messages would wait for one another, and none would be lost."""
+    (topic,) = channels(with_bursts(4), sym.TopicChannel)
+    assert on_the_way(topic.publishers[0], topic.subscribers[0]) == 8

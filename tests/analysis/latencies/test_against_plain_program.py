@@ -49,7 +49,7 @@ def require_exactly(found: Latency, least: int, greatest: int) -> bool:
     if not found.is_exact or found.reason:
         return False
     assert found.least is not None and found.greatest is not None
-    assert (found.least.value * 100, found.greatest.value * 100) == (least, greatest)
+    assert found.least.value * 100 == least and found.greatest.value * 100 == greatest
     return True
 
 
