@@ -55,6 +55,8 @@ class ClassInfo:
         Routines by name.
     fields : dict
         Type and default by name.
+    pointers : set of str
+        Members that only point at an object, or refer to one.
     defaults : dict
         Parameters of declarations, by name of the method.
     """
@@ -66,6 +68,7 @@ class ClassInfo:
     bases: list[Node] = field(default_factory=list)
     methods: dict[str, list[Routine]] = field(default_factory=dict)
     fields: dict[str, tuple[Node | None, Node | None]] = field(default_factory=dict)
+    pointers: set[str] = field(default_factory=set)
     defaults: dict[str, list[list[Parameter]]] = field(default_factory=dict)
     templates: list[str] = field(default_factory=list)
 
@@ -353,6 +356,8 @@ class Index:
             name = name_of(declarator)
             if cls is not None and not is_static:
                 cls.fields[name] = (kind, value)
+                if declarator.type in ("pointer_declarator", "reference_declarator"):
+                    cls.pointers.add(name)
             elif value is not None and name:
                 self._name(
                     self.constants,

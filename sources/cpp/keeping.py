@@ -53,11 +53,14 @@ class Followed:
         Parts that could not be read, a line each.
     reached : Reached
         What it reached.
+    steps : int
+        How many expressions and statements were followed.
     """
 
     nodes: list[NodeFact]
     unread: list[str] = field(default_factory=list)
     reached: Reached = field(default_factory=Reached)
+    steps: int = 0
 
 
 class Keeper:
@@ -94,7 +97,7 @@ class Keeper:
             classes = {self._class_id(each) for each in entry["classes"]}
             calls = {(str(path), int(line)) for path, line in entry["calls"]}
             unread = [str(each) for each in entry["unread"]]
-            return Followed(from_plain(entry["facts"]), unread, Reached(classes, calls))
+            return Followed(from_plain(entry["facts"]), unread, Reached(classes, calls), int(entry["steps"]))
         except (DinerosError, KeyError, TypeError, ValueError, IndexError, AttributeError, RecursionError):
             return None
 
@@ -124,6 +127,7 @@ class Keeper:
                 "classes": [named[each] for each in followed.reached.classes],
                 "calls": sorted([path, line] for path, line in followed.reached.calls),
                 "unread": followed.unread,
+                "steps": followed.steps,
                 "facts": to_plain(followed.nodes),
             }
             text = json.dumps(entry, allow_nan=False).encode()

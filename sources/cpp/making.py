@@ -89,6 +89,7 @@ class Maker:
         fact.managed = fact.base == "LifecycleNode" or is_controller
         fact.home = place.file
         this.node = fact
+        self.machine.happens()
         self.machine.nodes.append(fact)
         if this.cls is not None:
             self.machine.reached.classes.add(id(this.cls))

@@ -156,6 +156,7 @@ def on_text(call: Node) -> str:
     return text_of(function.child_by_field_name("argument")) if function is not None else ""
 
 
+_BLANKS = re.compile(r"\s+")
 _TEMPLATED = {"template_type", "template_function", "template_method"}
 
 
@@ -174,7 +175,8 @@ def path_of(node: Node | None) -> str:
         return path_of(node.named_children[0]) if node.named_children else ""
     if node.type == "dependent_type":
         return path_of(node.named_children[0]) if node.named_children else ""
-    return re.sub(r"\s+", "", text_of(node))
+    text = text_of(node)
+    return text if text.isidentifier() else _BLANKS.sub("", text)
 
 
 def arguments_of_scope(node: Node | None) -> list[Node]:

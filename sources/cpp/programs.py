@@ -11,7 +11,7 @@ from typing import Any
 
 from dineros.sources.cmake import Component
 from dineros.sources.cpp.doing import Ros
-from dineros.sources.cpp.following.machine import TooLong
+from dineros.sources.cpp.following.machine import MOST_STEPS, TooLong
 from dineros.sources.cpp.following.reach import Reach
 from dineros.sources.cpp.following.reached import Reached
 from dineros.sources.cpp.following.statements import Statements
@@ -31,6 +31,10 @@ from dineros.sources.libraries.idioms import Idiom, read_idioms
 from dineros.sources.packages import Package
 
 _DEEP = 12_000
+_MOST_OF_ALL = 2_000_000
+"""Steps for all programs of a folder, as each may take `MOST_STEPS`."""
+_LEAST = 20_000
+"""Steps for a program when these are used up: most need fewer."""
 
 
 @cache
@@ -83,6 +87,7 @@ class CppPrograms:
         self._reach = Reach(self.index, self._idioms)
         self._is_launched = False
         self._reached = Reached()
+        self._steps_left = _MOST_OF_ALL
         context = [str(folder.root.resolve()), repr(sorted(self._idioms.items()))]
         context += [repr(sorted(self.index.spaces.items()))]
         context += [repr(self.index.libraries), repr(self.index.plugins)]
@@ -131,7 +136,8 @@ class CppPrograms:
         list of NodeFact or None
             None: it is not in the folder.
         """
-        self._is_launched = True
+        if not self._is_launched:
+            self._is_launched, self._steps_left = True, _MOST_OF_ALL
         with _deep():
             for routine in self.index.functions.get("main", []):
                 name = self._program(routine.path)
@@ -220,6 +226,7 @@ class CppPrograms:
             "component": repr(None if cls is None else self._component(cls)),
             "given": given.get(full, {}),
             "launched": self._is_launched,
+            "steps": self._most_steps(),
         }
         found = self._keeper.load(program) if self._keeper is not None else None
         if found is None:
@@ -231,10 +238,14 @@ class CppPrograms:
             self.index.asked = None
             if self._keeper is not None and is_whole:
                 self._keeper.save(program, found, asked, self._reach.was_asked)
+        self._steps_left -= found.steps
         self._folder.unread += found.unread
         self._reached.classes |= found.reached.classes
         self._reached.calls |= found.reached.calls
         return found.nodes
+
+    def _most_steps(self) -> int:
+        return max(_LEAST, min(MOST_STEPS, self._steps_left))
 
     def _follow(
         self,
@@ -248,6 +259,7 @@ class CppPrograms:
         reached = Reached()
         machine = Statements(self.index, program, self._idioms, self._reach, reached)
         machine.library = Ros(machine)
+        machine.most_steps = self._most_steps()
         machine.given, machine.is_launched = given.get(program, {}), self._is_launched
         machine.fact = CallbackFact("main", "main", Place(path, main.line if main is not None else 1))
         is_cut, is_whole, unread = False, True, list[str]()
@@ -273,7 +285,7 @@ class CppPrograms:
                 for callback in node.callbacks:
                     callback.is_open = True
                 node.threads = "open"
-        return Followed(machine.nodes, unread, reached), is_whole
+        return Followed(machine.nodes, unread, reached, machine.steps), is_whole
 
 
 def _share(machine: Statements) -> None:

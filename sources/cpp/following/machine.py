@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from dineros.sources.branches import Do
@@ -22,6 +23,12 @@ if TYPE_CHECKING:
 
 MOST_STEPS = 400_000
 """Limit of the expressions and statements that are followed for one program."""
+_LONG = 20_000
+"""Steps after which code that costs much and has done nothing so far is not followed again."""
+_MUCH = 100
+"""Steps of code that costs much."""
+_TRIES = 3
+"""How often such code is followed before it is known to do nothing."""
 MOST_CALLS = 40
 """Limit of the depth of calls that are followed."""
 
@@ -98,6 +105,10 @@ class Machine(Ways):
         self.unread: list[str] = []
         self._texts: dict[int, FunctionText] = {}
         self.steps = 0
+        self.most_steps = MOST_STEPS
+        self._happened = 0
+        self._idle: dict[int, int] = {}
+        """Of code that has done nothing so far, by id of its node: how often it was followed."""
         self.reach = reach if reach is not None else Reach(index, idioms)
         self.reached = reached if reached is not None else Reached()
         self._places: dict[tuple[int, str, str], Entity] = {}
@@ -112,8 +123,26 @@ class Machine(Ways):
             There were too many.
         """
         self.steps += 1
-        if self.steps > MOST_STEPS:
+        if self.steps > self.most_steps:
             raise TooLong
+
+    def happens(self) -> None:
+        """Record that the current code does something that a model represents."""
+        self._happened += 1
+
+    @contextmanager
+    def observed(self, code: Node) -> Iterator[None]:
+        """Follow a routine or a constructor, and record whether it does something."""
+        steps, before = self.steps, self._happened
+        yield
+        if self._happened != before:
+            self._idle[code.id] = -MOST_STEPS
+        elif self.steps - steps >= _MUCH:
+            self._idle[code.id] = self._idle.get(code.id, 0) + 1
+
+    def is_idle(self, code: Node) -> bool:
+        """Return whether a long program need not follow code again, as it cost much and did nothing."""
+        return self.steps >= _LONG and self._idle.get(code.id, 0) >= _TRIES
 
     @property
     def when(self) -> str:
@@ -146,6 +175,7 @@ class Machine(Ways):
             if is_same and (each.do, each.at, each.entity, each.when) == (do, effect.at, entity, effect.when):
                 self.block.append(Do(each))
                 return each
+        self.happens()
         self.fact.effects.append(effect)
         self.block.append(Do(effect))
         return effect
@@ -160,6 +190,7 @@ class Machine(Ways):
         )
         found = self._places.get(key)
         if found is None:
+            self.happens()
             found = self._places[key] = Entity(kind, port, place, is_enabled=not self.off)
             if self.loops:
                 found.details["instances"] = "open: made in a loop"
@@ -176,6 +207,7 @@ class Machine(Ways):
         key = (id(owner.node), str(place), id(entity) if kind != "done callback" else 0, kind)
         found = self._facts.get(key)
         if found is None:
+            self.happens()
             found = self._facts[key] = CallbackFact(name, kind, place)
             self.todo.append(Todo(found, target, owner, entity))
             if owner.node is not None:

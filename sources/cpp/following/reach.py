@@ -43,7 +43,9 @@ class Reach:
         self._named: dict[str, list[Routine]] = {}
         self._own: dict[int, frozenset[str]] = {}
         self._all: dict[int, frozenset[str]] = {}
-        self._matters: dict[int, bool] = {}
+        self._ros: set[str] = set()
+        self._rclcpp: set[str] = set()
+        self._is_collected = False
         self._index = index
         self.was_asked = False
         """Whether there was a query since this was set: answers depend on all files."""
@@ -53,35 +55,33 @@ class Reach:
         self.was_asked = True
         key = id(routine)
         if key not in self._all:
-            if not self._named:
-                self._collect()
+            self._collect()
             found: set[str] = set()
             todo, seen = [routine], {key}
             while todo:
-                inner = self._words(todo.pop()) - found
+                each = todo.pop()
+                if id(each) in self._all:
+                    found |= self._all[id(each)]
+                    continue
+                inner = self._words(each) - found
                 found |= inner
-                for each in (one for word in inner for one in self._named.get(word, ())):
-                    if id(each) not in seen:
-                        seen.add(id(each))
-                        todo.append(each)
+                for one in (one for word in inner for one in self._named.get(word, ())):
+                    if id(one) not in seen:
+                        seen.add(id(one))
+                        todo.append(one)
             self._all[key] = frozenset(found)
         return self._all[key]
 
     def does_matter(self, routine: Routine) -> bool:
         """Return whether a routine, or a routine that it may call, may use ROS."""
         self.was_asked = True
-        key = id(routine)
-        if key not in self._matters:
-            self._matters[key] = bool(self.words(routine) & self._exact) or any(
-                map(_ROS.search, self.words(routine))
-            )
-        return self._matters[key]
+        self._collect()
+        return not self._words(routine).isdisjoint(self._ros)
 
     def does_code_matter(self, node: Node) -> bool:
         """Return whether code, or a routine that it may call, may use ROS."""
         self.was_asked = True
-        if not self._named:
-            self._collect()
+        self._collect()
         words = {each.decode() for each in _WORD.findall(node.text or b"")}
         return bool(words & (self._exact | {"publish"})) or any(
             self.does_matter(each) for word in sorted(words) for each in self._named.get(word, ())
@@ -89,7 +89,9 @@ class Reach:
 
     def may_make_nodes(self, main: Routine) -> bool:
         """Return whether a program may make a node: all that do name ``rclcpp``, to initialise it."""
-        return any(each.startswith("rclcpp") for each in self.words(main))
+        self.was_asked = True
+        self._collect()
+        return not self._words(main).isdisjoint(self._rclcpp)
 
     def _words(self, routine: Routine) -> frozenset[str]:
         key = id(routine)
@@ -99,8 +101,27 @@ class Reach:
         return self._own[key]
 
     def _collect(self) -> None:
+        if self._is_collected:
+            return
+        self._is_collected = True
         classes = (each for found in self._index.classes.values() for each in found)
         methods = (found for cls in classes for found in cls.methods.values())
+        using: dict[str, list[Routine]] = {}
         for found in (*self._index.functions.values(), *methods):
             for each in found:
                 self._named.setdefault(each.name, []).append(each)
+                for word in self._words(each):
+                    using.setdefault(word, []).append(each)
+        self._ros = _reaching({each for each in using if each in self._exact or _ROS.search(each)}, using)
+        self._rclcpp = _reaching({each for each in using if each.startswith("rclcpp")}, using)
+
+
+def _reaching(words: set[str], using: dict[str, list[Routine]]) -> set[str]:
+    """Return the words, and the names of all routines that may reach a routine with one of them."""
+    todo = list(words)
+    while todo:
+        for each in using.get(todo.pop(), ()):
+            if each.name not in words:
+                words.add(each.name)
+                todo.append(each.name)
+    return words

@@ -91,9 +91,11 @@ class Routines(Expressions):
         return frame
 
     def _followed(self, routine: Routine, frame: Frame, node: Node) -> Value:
-        """Return the result of a routine; in a large program, routines that do not use ROS are skipped."""
-        if self.steps < _LARGE or self.reach.does_matter(routine):
-            return self._body(routine.body, frame, routine.node, node)
+        """Return the result of a routine; in a long program, those that do nothing are skipped."""
+        is_followed = self.steps < _LARGE or self.reach.does_matter(routine)
+        if is_followed and not self.is_idle(routine.node):
+            with self.observed(routine.node):
+                return self._body(routine.body, frame, routine.node, node)
         words = self.reach.words(routine)
         held = [frame.this, *frame.values.values()]
         _open_members([each for value in held for each in options(value) if isinstance(each, Obj)], words)

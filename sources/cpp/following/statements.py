@@ -184,11 +184,14 @@ class Statements(Choices):
         key = (id(cls), node.id, tuple(self.calls), tuple(self.turns))
         before = self.made.get(key)
         self.made[key] = this
+        if self.is_idle(cls.node):
+            return this
         if len(self.calls) < MOST_CALLS and self.calls.count((cls.node.id, 0)) < 2:
             self.calls.append((cls.node.id, node.id))
             self.calls.append((cls.node.id, 0))
             try:
-                self._construct(cls, this, args, node, frame)
+                with self.observed(cls.node):
+                    self._construct(cls, this, args, node, frame)
             finally:
                 del self.calls[-2:]
         # Read again, it is the same object: its members keep the values that callbacks assigned.
@@ -324,6 +327,9 @@ class Statements(Choices):
                 and default.type not in ("initializer_list", "argument_list")
             ):
                 this.fields[name] = coerced(text_of(kind), args[0])
+            elif name in cls.pointers:  # no object is made
+                if args:
+                    this.fields[name] = args[0]
             elif args or self._is_value(kind, cls, name, frame):
                 this.fields[name] = self._field(kind, text, args, where, frame)
 
