@@ -111,7 +111,7 @@ class Ros(Ports):
         """Return the result of a call of parameters or loaders of plugins; None: another call."""
         found = parameter(self.machine, call)
         found = generated(self.machine, call) if found is None else found
-        found = formatted(call) if found is None else found
+        found = formatted(self.machine, call) if found is None else found
         return loaded(self.machine, call) if found is None else found
 
     # -------------------------------------------------------------------------------------------- functions

@@ -9,7 +9,7 @@ from dineros.sources.cpp.making import Maker
 from dineros.sources.cpp.parsing import on_text, text_of
 from dineros.sources.cpp.quality import PRESETS
 from dineros.sources.cpp.values import Const, Made, Obj, Open, Port, Value, constant, options
-from dineros.sources.facts import CallbackFact, Effect
+from dineros.sources.facts import CallbackFact, Effect, is_open
 
 SELF = {
     *(
@@ -32,6 +32,8 @@ SELF = {
     *("to_chrono", "at", "front", "period", "get_rmw_qos_profile"),
 }
 """Methods that, for this reader, return the object on which they are called."""
+_NAMES = ("get_topic_name", "get_service_name", "getTopic")
+"""Methods of ports that give their names."""
 _IMAGES = {
     "advertise": "image_transport::Publisher",
     "advertiseCamera": "image_transport::CameraPublisher",
@@ -71,6 +73,9 @@ class Ports:
             return self._listens(call, on)
         if last in SELF:
             return on
+        if last in _NAMES:  # a remapping changes it, and what is made of it
+            is_known = not is_open(entity.name) and "{" not in entity.name and not machine.is_launched
+            return Const(entity.name) if is_known else Open("a name", f"{{{entity.port}.{last}}}")
         if entity.kind == "publishers" and last == "publish":
             machine.does("publish", entity.port, call.node, call.frame, entity=entity)
         elif entity.kind == "services" and last == "send_response":

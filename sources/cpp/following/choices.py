@@ -36,9 +36,12 @@ class Choices(Loops):
         known = bool(asked.value) if isinstance(asked, Const) else None
         ways: list[Way] = []
         done: list[Block] = []
-        for branch, is_taken in ((yes, known), (no, None if known is None else not known)):
+        run = self.steps
+        for side, (branch, is_taken) in enumerate(((yes, known), (no, None if known is None else not known))):
+            self.branching.append((run, side))
             with self.way(ways, is_off=is_taken is False):
                 self.run_block(branch, frame)
+            self.branching.pop()
             done.append(self.taken)
         self.merge(ways, has_rest=False)
         self.block.append(Branch(condition, *done))

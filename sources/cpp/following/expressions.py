@@ -290,11 +290,10 @@ class Expressions(Machine):
         value = self.value(node.child_by_field_name("right"), frame)
         sign = text_of(node.child_by_field_name("operator"))
         if sign != "=":
-            value = (
-                binary(sign[:-1], self.value(left, frame), value)
-                if not self.loops
-                else Open(text_of(node)[:60])
-            )
+            # A loop has forgotten the local variables that it changes; of members, it may change more.
+            is_known = not self.loops or text_of(left) in frame.values
+            known = self.value(left, frame)
+            value = binary(sign[:-1], known, value) if is_known else Open(text_of(node)[:60])
         self.assign(left, value, frame)
         self.gives(node, frame)
         return value

@@ -11,7 +11,7 @@ from dineros.sources.branches import Anything, Branch, Loop, Turns
 from dineros.sources.cpp.declarators import name_of
 from dineros.sources.cpp.following.fields import Fields
 from dineros.sources.cpp.parsing import path_of, text_of
-from dineros.sources.cpp.values import Const, Frame, Items, Made, Open, Value
+from dineros.sources.cpp.values import NO_VALUE, Const, Frame, Items, Made, Open, Value, options
 
 if TYPE_CHECKING:
     from tree_sitter import Node
@@ -32,7 +32,7 @@ class Loops(Fields):
             self.assigned[node.id] = (_assigned(node), _may_give_up(node))
         names, may_give_up = self.assigned[node.id]
         for name in names:
-            if isinstance(frame.values.get(name), Const):
+            if _is_plain(frame.values.get(name)):
                 frame.values[name] = Open(name)
         self.loops += 1
         self.cond -= 1  # `perhaps` counts branches
@@ -50,9 +50,9 @@ class Loops(Fields):
 
     def _do_for_statement(self, node: Node, frame: Frame) -> None:
         self.run_block(node.child_by_field_name("initializer"), frame)
-        name, count = self._counted(node, frame)
-        if count:
-            turns: list[Value] = [Const(each) for each in range(count)]
+        name, numbers = self._counted(node, frame)
+        if numbers:
+            turns: list[Value] = [Const(each) for each in numbers]
             self._turns(turns, name, node.child_by_field_name("body"), frame)
             return
         with self._loop(node, frame):
@@ -61,27 +61,39 @@ class Loops(Fields):
                 if each is not None:
                     self.run_block(each, frame)
 
-    def _counted(self, node: Node, frame: Frame) -> tuple[str, int]:
-        """Return the variable and the iterations of ``for (i = 0; i < list.size(); ++i)``."""
+    def _counted(self, node: Node, frame: Frame) -> tuple[str, list[int]]:
+        """Return the variable and its values in ``for (i = 0; i < list.size(); ++i)``; no values: not known.
+
+        Numbers that are constants count, too, if the loop makes ports; other loops repeat what they do.
+        """
         asked, update = node.child_by_field_name("condition"), node.child_by_field_name("update")
         left = asked.child_by_field_name("left") if asked is not None else None
         right = asked.child_by_field_name("right") if asked is not None else None
-        name = text_of(left)
+        name, body = text_of(left), node.child_by_field_name("body")
+        first = frame.values.get(name)
         if (
             asked is None
             or update is None
             or right is None
-            or right.type != "call_expression"
-            or not path_of(right.child_by_field_name("function")).endswith("size")
-            or text_of(asked.child_by_field_name("operator")) != "<"
-            or text_of(update) not in (f"++{name}", f"{name}++")
-            or frame.values.get(name) != Const(0)
-            or _leaves(node.child_by_field_name("body"))
+            or body is None
+            or text_of(asked.child_by_field_name("operator")) not in ("<", "<=", "!=")
+            or text_of(update) not in (f"++{name}", f"{name}++", f"{name} += 1")
+            or not isinstance(first, Const)
+            or type(first.value) is not int
+            or name in _assigned(body)
+            or _leaves(body)
         ):
-            return name, 0
+            return name, []
+        is_size = right.type == "call_expression" and path_of(right.child_by_field_name("function")).endswith(
+            "size"
+        )
+        if not is_size and not self.reach.may_make_ports(body):
+            return name, []
         most = self.value(right, frame)
-        count = most.value if isinstance(most, Const) and isinstance(most.value, int) else 0
-        return name, count if count <= _MOST_TURNS else 0
+        if not isinstance(most, Const) or type(most.value) is not int:
+            return name, []
+        end = most.value + (text_of(asked.child_by_field_name("operator")) == "<=")
+        return name, list(range(first.value, end)) if end - first.value <= _MOST_TURNS else []
 
     def _do_while_statement(self, node: Node, frame: Frame) -> None:
         with self._loop(node, frame):
@@ -134,6 +146,12 @@ class Loops(Fields):
             self.turns.pop()
         self.block = outer
         self.block.append(Turns(turns))
+
+
+def _is_plain(value: Value | None) -> bool:
+    """Return whether a value is a number or a text, known or not: a loop may change it in each iteration."""
+    found = options(value)
+    return bool(found) and value is not NO_VALUE and all(isinstance(each, (Const, Open)) for each in found)
 
 
 def _bound(name: str, item: Value) -> dict[str, Value]:

@@ -31,6 +31,12 @@ _TRIES = 3
 """How often such code is followed before it is known to do nothing."""
 MOST_CALLS = 40
 """Limit of the depth of calls that are followed."""
+_COUNTED = ("publish", "call", "send_goal")
+"""Effects that fill a queue: a callback may have one several times, through calls of one routine."""
+_Way = tuple[str, tuple[tuple[int, ...], ...], tuple[int, ...], tuple[tuple[int, int], ...]]
+"""How code led to an effect: when, and by which calls, iterations and branches."""
+_MOST_TIMES = 4
+"""Limit of how often one line counts; beyond, it is any number of times."""
 
 NODES = {
     *("rclcpp::Node", "rclcpp_lifecycle::LifecycleNode", "nav2_util::LifecycleNode"),
@@ -106,6 +112,10 @@ class Machine(Ways):
         self._texts: dict[int, FunctionText] = {}
         self.steps = 0
         self.most_steps = MOST_STEPS
+        self._led: dict[
+            int, tuple[str, tuple[object, ...], tuple[int, ...], tuple[tuple[int, int], ...]]
+        ] = {}
+        """Of effects, by id: when, and the calls, iterations and branches that led to it first."""
         self._happened = 0
         self._idle: dict[int, int] = {}
         """Of code that has done nothing so far, by id of its node: how often it was followed."""
@@ -170,15 +180,35 @@ class Machine(Ways):
         """Add an effect to the current callback."""
         effect = Effect(do, what, self.place(node, frame), self.when, how, entity, timeout=timeout)
         effect.holding = tuple(self.holding)
-        for each in self.fact.effects:
-            is_same = entity is not None or each.what == what  # two locks may be in one line
-            if is_same and (each.do, each.at, each.entity, each.when) == (do, effect.at, entity, effect.when):
+        same = [each for each in self.fact.effects if self._is_same(each, effect)]
+        for each in same:
+            if do not in _COUNTED or not self._is_again(each):
                 self.block.append(Do(each))
                 return each
+        if len(same) >= _MOST_TIMES:
+            same[-1].when = "in a loop"
+            self.block.append(Do(same[-1]))
+            return same[-1]
+        self._led[id(effect)] = (effect.when, tuple(self.calls), tuple(self.turns), tuple(self.branching))
         self.happens()
         self.fact.effects.append(effect)
         self.block.append(Do(effect))
         return effect
+
+    def _is_same(self, one: Effect, other: Effect) -> bool:
+        """Return whether two effects are one, unless code does it again; one line may have two locks."""
+        if (one.do, one.at, one.entity) != (other.do, other.at, other.entity):
+            return False
+        when = self._led[id(one)][0] if id(one) in self._led else one.when
+        return when == other.when and (other.entity is not None or one.what == other.what)
+
+    def _is_again(self, effect: Effect) -> bool:
+        """Return whether code does an effect again: another call leads to it, and no other branch."""
+        _, calls, turns, branching = self._led.get(id(effect), ("", (), (), ()))
+        others = dict(branching)
+        if any(others.get(at, side) != side for at, side in self.branching):
+            return False
+        return (calls, turns) != (tuple(self.calls), tuple(self.turns))
 
     def entity_of(self, kind: str, port: str, node: Node, frame: Frame, owner: Obj) -> Entity:
         """Return the entity that an expression creates; the same one if it is read twice."""

@@ -24,6 +24,8 @@ _EXACT = {
     *("image_transport", "diagnostic_updater", "on_activate", "on_deactivate", "succeed", "canceled"),
 }
 """Words of code that makes ports or uses them, waits, or keeps callbacks."""
+_MAKES = ("create_", "declare_")
+"""Beginnings of names of methods that make ports."""
 _WORD = re.compile(rb"[A-Za-z_]\w*")
 
 
@@ -45,6 +47,8 @@ class Reach:
         self._all: dict[int, frozenset[str]] = {}
         self._ros: set[str] = set()
         self._rclcpp: set[str] = set()
+        self._making: set[str] = set()
+        self._makes = {path.rpartition("::")[2] for path in idioms} | {"advertise", "subscribe"}
         self._is_collected = False
         self._index = index
         self.was_asked = False
@@ -87,6 +91,12 @@ class Reach:
             self.does_matter(each) for word in sorted(words) for each in self._named.get(word, ())
         )
 
+    def may_make_ports(self, node: Node) -> bool:
+        """Return whether code, or a routine that it may call, may make a port."""
+        self.was_asked = True
+        self._collect()
+        return not self._making.isdisjoint(each.decode() for each in _WORD.findall(node.text or b""))
+
     def may_make_nodes(self, main: Routine) -> bool:
         """Return whether a program may make a node: all that do name ``rclcpp``, to initialise it."""
         self.was_asked = True
@@ -113,6 +123,8 @@ class Reach:
                 for word in self._words(each):
                     using.setdefault(word, []).append(each)
         self._ros = _reaching({each for each in using if each in self._exact or _ROS.search(each)}, using)
+        makes = {each for each in using if each in self._makes or each.startswith(_MAKES)}
+        self._making = _reaching(makes, using) | self._makes
         self._rclcpp = _reaching({each for each in using if each.startswith("rclcpp")}, using)
 
 

@@ -22,6 +22,8 @@ class Ways:
     ----------
     cond, off : int
         Number of branches around it, and of those that the default values disable.
+    branching : list of (int, int)
+        The branches of ``if`` around it: of which run of the statement, and which branch.
     frames : list of Frame
         Routines that run.
     changes : list of Changes
@@ -35,6 +37,7 @@ class Ways:
     def __init__(self) -> None:
         self.cond = 0
         self.off = 0
+        self.branching: list[tuple[int, int]] = []
         self.frames: list[Frame] = []
         self.changes: list[Changes] = []
         self.block: list[Item] = []

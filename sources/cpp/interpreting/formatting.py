@@ -5,20 +5,33 @@ from __future__ import annotations
 import re
 
 from dineros.sources.cpp.following.calls import Call
+from dineros.sources.cpp.following.statements import Statements
 from dineros.sources.cpp.operations import binary
 from dineros.sources.cpp.values import Const, Open, Value, constant, part
 
 _PRINTF = re.compile(r"%(?:(%)|[-+ #0]*\d*(?:\.\d+)?(?:hh|h|ll|l|z|j|t)?([diuscxXfFgGeEop]))")
+_PADDED = re.compile(r"%0\d[diu]")
+"""A number with zeros before it."""
 _BRACES = re.compile(r"\{\{|\}\}|\{(?::[^{}]*)?\}")
+_WRITES = {"snprintf": 2, "sprintf": 1}
+"""Functions that write a text to a buffer, with the position of the format."""
 _PLAIN = {"d", "i", "u", "s"}
 """Conversions that give the usual text of a value."""
 
 
-def formatted(call: Call) -> Value | None:
+def formatted(machine: Statements, call: Call) -> Value | None:
     """Return the text of a call of a function called ``format``; None: another call.
 
-    The first argument is the format; the others must be as many as it takes.
+    The first argument is the format; the others must be as many as it takes. Functions such as ``snprintf``
+    write the text to a buffer.
     """
+    if call.on is None and call.last in _WRITES and len(call.args) > (at := _WRITES[call.last]):
+        written = constant(call.args[at])
+        count = len([each for each in _PRINTF.finditer(str(written)) if not each[1]])
+        is_known = isinstance(written, str) and count == len(call.args) - at - 1
+        text = _filled(str(written), _PRINTF, call.args[at + 1 :]) if is_known else Open("a text")
+        machine.assign(call.nodes[0], text, call.frame)
+        return Open("the length of a text")
     given = constant(call.args[0]) if call.args else None
     if call.on is not None or call.last != "format" or not isinstance(given, str):
         return None
@@ -46,6 +59,10 @@ def _filled(text: str, pattern: re.Pattern[str], args: list[Value]) -> Value:
 
 def _shown(conversion: re.Match[str], value: Value) -> Value:
     """Return what a conversion makes of a value; a width, or a number with decimals, is not followed."""
+    if conversion.re is _PRINTF and isinstance(value, Const) and _PADDED.fullmatch(conversion[0]):
+        number = value.value
+        if type(number) is int and number >= 0:
+            return Const(str(number).zfill(int(conversion[0][2:].rstrip("diu"))))
     is_plain = conversion[0] == "{}" or (
         conversion.re is _PRINTF and len(conversion[0]) == 2 and conversion[2] in _PLAIN
     )

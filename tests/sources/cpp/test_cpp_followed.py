@@ -214,7 +214,7 @@ def test_a_loop_by_number_turns_for_each_item_of_a_list_of_copies(tmp_path: Path
     "loop",
     [
         "for (size_t i = 0; i < names.size(); ++i) { if (i > 0) { break; } OUT }",
-        "for (size_t i = 1; i < names.size(); ++i) { OUT }",
+        "for (size_t i = 0; i < names.size(); ++i) { OUT i += names.size(); }",
         "for (size_t i = 0; i < names.size(); i += 2) { OUT }",
         "for (size_t i = 0; i < count; ++i) { OUT }",
     ],

@@ -96,13 +96,14 @@ def generate_launch_description():
         ('utils::format("%s/odom%d", side.c_str(), 2)', "left/odom2"),
         ('fmt::format("{}/odom", side)', "left/odom"),
         ('utils::format("%s/%s", side.c_str(), unknown)', "left/{unknown}"),
-        ('utils::format("odom%02d", 2)', "odom{%02d}"),
+        ('utils::format("odom%02d", 2)', "odom02"),
+        ('utils::format("odom%2d", 2)', "odom{%2d}"),
         ('utils::format("%s/%s", side.c_str())', "open"),
         ('std::string("a/") + (side.empty() ? "none" : side)', "a/left"),
     ],
 )
 def test_texts_of_formats_are_known(tmp_path: Path, call: str, name: str) -> None:
-    """A format with a width, or with too few arguments, stays open."""
+    """A format with a width that needs blanks, or with too few arguments, stays open."""
     code = f'std::string side = "left"; pub_ = create_publisher<std_msgs::msg::Bool>({call}, 1);'
     (found,) = entities(read(tmp_path, code))
     assert found.name.startswith(name)
