@@ -21,6 +21,7 @@ from dineros.sources.cpp.values import (
     Port,
     Value,
     alternatives,
+    constant,
     node_in,
     options,
     part,
@@ -357,7 +358,7 @@ class Maker:
                 if given:
                     entity.details |= {"reliability": "reliable", "durability": "volatile"} | given
             if "period" in entry:
-                entity.details["period"] = entry["period"]
+                entity.details["period"] = _period(entry, args)
             if entry["kind"] != "publishers":
                 entity.details.setdefault("group", "default")
             if "callback" in entry and "callback" in args:
@@ -370,6 +371,15 @@ class Maker:
         for key, value in args.items():
             name = name.replace(f"{{{key}}}", part(value))
         return name
+
+
+def _period(entry: dict[str, Any], args: dict[str, Value]) -> float | str:
+    """Return the seconds of a timer of a library: a number, or ``{argument}`` with the usual one."""
+    if not isinstance(entry["period"], str):
+        return float(entry["period"])
+    value = args.get(entry["period"].strip("{}"), Const(entry.get("usual")))
+    seconds = constant(value)
+    return float(seconds) if type(seconds) in (int, float) else period_of(value)
 
 
 def _is_space_known(value: Value) -> bool:

@@ -20,7 +20,7 @@ _PLAIN = {"d", "i", "u", "s"}
 
 
 def formatted(machine: Statements, call: Call) -> Value | None:
-    """Return the text of a call of a function called ``format``; None: another call.
+    """Return the text of a call of ``format``, ``uFormat`` or ``StrFormat``; None: another call.
 
     The first argument is the format; the others must be as many as it takes. Functions such as ``snprintf``
     write the text to a buffer.
@@ -33,7 +33,7 @@ def formatted(machine: Statements, call: Call) -> Value | None:
         machine.assign(call.nodes[0], text, call.frame)
         return Open("the length of a text")
     given = constant(call.args[0]) if call.args else None
-    if call.on is not None or call.last != "format" or not isinstance(given, str):
+    if call.on is not None or not call.last.lower().endswith("format") or not isinstance(given, str):
         return None
     rest = call.args[1:]
     conversions = [each for each in _PRINTF.finditer(given) if not each[1]]

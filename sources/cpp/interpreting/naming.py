@@ -62,6 +62,12 @@ def _name_of(found: Lambda) -> str:
     if len(inner) == 1 and inner[0].named_children:
         call = inner[0].named_children[0]
         function = call.child_by_field_name("function")
-        if call.type == "call_expression" and function is not None and "publish" not in text_of(function):
+        is_macro = text_of(function).isupper()
+        if (
+            call.type == "call_expression"
+            and function is not None
+            and not is_macro
+            and "publish" not in text_of(function)
+        ):
             return path_of(function.child_by_field_name("field") or function).replace("this->", "")
     return "lambda"

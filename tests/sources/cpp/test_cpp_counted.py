@@ -171,3 +171,15 @@ def test_all_programs_of_a_folder_share_a_limit(tmp_path: Path, monkeypatch: pyt
     first, again = (read_source(tmp_path, cache=tmp_path.parent / "kept") for _ in range(2))
     assert [each.partition(":")[0] for each in first.unread if "too large" in each] == ["p1.cpp", "p2.cpp"]
     assert first.to_json() == again.to_json()
+
+
+@pytest.mark.parametrize(
+    ("made", "period"),
+    [("this", 1.0), ("this, 0.2", 0.2), ("this, 5", 5.0), ("this, rate_", "open: rate_")],
+)
+def test_an_updater_of_diagnostics_has_the_period_that_it_is_given(
+    tmp_path: Path, made: str, period: float | str
+) -> None:
+    body = f"updater_ = std::make_shared<diagnostic_updater::Updater>({made});"
+    (timer,) = [each for each in _of(tmp_path, body) if each.kind == "timers"]
+    assert timer.details["period"] == period

@@ -95,6 +95,7 @@ def generate_launch_description():
     [
         ('utils::format("%s/odom%d", side.c_str(), 2)', "left/odom2"),
         ('fmt::format("{}/odom", side)', "left/odom"),
+        ('uFormat("%s/odom%d", side.c_str(), 2)', "left/odom2"),
         ('utils::format("%s/%s", side.c_str(), unknown)', "left/{unknown}"),
         ('utils::format("odom%02d", 2)', "odom02"),
         ('utils::format("odom%2d", 2)', "odom{%2d}"),
