@@ -13,6 +13,7 @@ from dineros.sources.cpp.interpreting.formatting import formatted
 from dineros.sources.cpp.interpreting.generated import generated
 from dineros.sources.cpp.interpreting.lists import items
 from dineros.sources.cpp.interpreting.loading import loaded
+from dineros.sources.cpp.interpreting.naming import SUB_SPACE
 from dineros.sources.cpp.interpreting.parameters import parameter
 from dineros.sources.cpp.parsing import arguments_of, arguments_of_scope, text_of
 from dineros.sources.cpp.ports import SELF, Ports
@@ -97,6 +98,8 @@ class Ros(Ports):
             return Const(not on.value if call.last == "empty" else len(on.value))
         if call.last in _RESOLVE and call.args:
             return call.args[0]
+        if call.last == "create_sub_node" and call.args and isinstance(on, Obj) and on.node is not None:
+            return Obj(None, {SUB_SPACE: call.args[0]}, on.node, parameters=on.parameters, unset=on.unset)
         if isinstance(on, Open) and on.text.startswith("parameter ") and call.last.startswith("as_"):
             return on
         if call.last in SELF and not isinstance(on, Open):

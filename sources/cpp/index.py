@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import PurePosixPath
 from typing import TYPE_CHECKING, TypeVar
 
 from dineros.sources.cpp.declarators import Parameter, function_of, name_of, parameters_of, used
+from dineros.sources.cpp.headers import Headers
 from dineros.sources.cpp.parsing import Source, path_of, text_of
 from dineros.sources.cpp.tables.names import Named, without_branches
 from dineros.sources.cpp.tables.parameter_libraries import ParameterLibraries
@@ -95,7 +95,8 @@ class Asked:
     Attributes
     ----------
     names : set of (str, str)
-        Last parts of names, each with the table: ``classes``, ``functions``, ``aliases``, ``constants``.
+        Last parts of names, each with the table: ``classes``, ``functions``, ``aliases``, ``constants``; and
+        paths of files whose ``includes`` decided.
     interfaces : dict
         What `find_interface` returned, by name and path.
     """
@@ -129,7 +130,8 @@ class Index:
         self.aliases: dict[str, list[Named]] = {}
         self.constants: dict[str, list[Named]] = {}
         self.components: list[tuple[str, str]] = []
-        self.includes: dict[str, list[str]] = {}
+        self.headers = Headers()
+        self.includes = self.headers.includes
         self.unread: list[str] = []
         self.spaces: dict[str, dict[str, str]] = {}
         self.libraries = ParameterLibraries()
@@ -140,6 +142,7 @@ class Index:
     def add(self, source: Source) -> None:
         """Add the definitions of a file."""
         self.digests[source.path] = source.digest
+        self.headers.add(source.path)
         self._visit(source.root, source.path, "", None, [])
         for found in _COMPONENT.finditer(source.text):
             line = source.text.rfind(b"\n", 0, found.start())
@@ -206,22 +209,38 @@ class Index:
 
     def find_class(self, name: str, path: str, space: str) -> ClassInfo | None:
         """Return the class of a name at a location; None: unknown or ambiguous."""
-        return _nearest(self._named("classes", self.classes, name), name, path, space)
+        return self._nearest(self._named("classes", self.classes, name), name, path, space)
 
     def find_alias(self, name: str, path: str, space: str) -> Node | None:
         """Return the type that an alias means at a place."""
-        found = _nearest(self._named("aliases", self.aliases, name), name, path, space)
+        found = self._nearest(self._named("aliases", self.aliases, name), name, path, space)
         return None if found is None else found.node
 
     def find_constant(self, name: str, path: str, space: str) -> Named | None:
         """Return the constant that a name means at a place."""
-        return _nearest(self._named("constants", self.constants, name), name, path, space)
+        return self._nearest(self._named("constants", self.constants, name), name, path, space)
 
     def find_functions(self, name: str, path: str) -> list[Routine]:
         """Return the functions that a name may refer to: those of the same file, or of the nearest."""
         found = self._named("functions", self.functions, name)
         here = [each for each in found if each.path == path]
         return here or found
+
+    def _nearest(self, found: list[_Found], name: str, path: str, space: str) -> _Found | None:
+        """Resolve a name at a location: by namespaces, by included headers, by folders; None: ambiguous."""
+        ends = f"::{name.lstrip(':')}"
+        fitting = [each for each in found if f"::{_full(each)}".endswith(ends)]
+        if len(fitting) < 2:
+            return fitting[0] if fitting else None
+        best = max(_rank(each, path, space) for each in fitting)
+        fitting = [each for each in fitting if _rank(each, path, space) == best]
+        if len(fitting) > 1:
+            if self.asked is not None:
+                self.asked.names.add(("includes", path))
+            paths = self.headers.nearest(path, {each.path for each in fitting})
+            fitting = [each for each in fitting if each.path in paths]
+        is_one = all(text_of(each.node) == text_of(fitting[0].node) for each in fitting[1:])
+        return fitting[0] if is_one else None
 
     def _named(self, kind: str, table: dict[str, list[_Found]], name: str) -> list[_Found]:
         """Return all that a table has under the last part of a name."""
@@ -238,6 +257,8 @@ class Index:
             "aliases": self.aliases,
             "constants": self.constants,
         }
+        if kind == "includes":
+            return [sorted(self.headers.included(last))]
         found: list[list[object]] = []
         for each in tables[kind].get(last, ()):
             inner = each.methods.values() if isinstance(each, ClassInfo) else ()
@@ -379,24 +400,11 @@ def _template(node: Node) -> str:
     return text_of(name)
 
 
-def _nearest(found: list[_Found], name: str, path: str, space: str) -> _Found | None:
-    """Resolve a name at a location: by namespaces, then by files; None: ambiguous."""
-    ends = f"::{name.lstrip(':')}"
-    fitting = [each for each in found if f"::{_full(each)}".endswith(ends)]
-    if len(fitting) < 2:
-        return fitting[0] if fitting else None
-    ranked = sorted(fitting, key=lambda each: _rank(each, path, space), reverse=True)
-    first, second = (_rank(each, path, space) for each in ranked[:2])
-    return ranked[0] if first > second or text_of(ranked[0].node) == text_of(ranked[1].node) else None
-
-
 def _full(found: ClassInfo | Routine | Named) -> str:
     return f"{found.space}::{found.name}" if isinstance(found, Routine) else found.full
 
 
-def _rank(found: ClassInfo | Routine | Named, path: str, space: str) -> tuple[bool, int, int]:
+def _rank(found: ClassInfo | Routine | Named, path: str, space: str) -> tuple[bool, int]:
     around = _full(found).rpartition("::")[0]
     is_inside = space == around or space.startswith(f"{around}::") or not around
-    ours, theirs = PurePosixPath(path).parts, PurePosixPath(found.path).parts
-    same = next((n for n, (a, b) in enumerate(zip(ours, theirs, strict=False)) if a != b), len(ours))
-    return found.path == path, len(around) if is_inside else -1, same
+    return found.path == path, len(around) if is_inside else -1

@@ -7,7 +7,13 @@ from typing import TYPE_CHECKING, Any
 from dineros.sources.cpp.following.calls import Call
 from dineros.sources.cpp.following.machine import CONTROLLERS
 from dineros.sources.cpp.following.statements import Statements
-from dineros.sources.cpp.interpreting.naming import is_callable, period_of, place_of, private, ros_type
+from dineros.sources.cpp.interpreting.naming import (
+    is_callable,
+    name_on,
+    period_of,
+    place_of,
+    ros_type,
+)
 from dineros.sources.cpp.parsing import end_of, line_of, path_of, text_of
 from dineros.sources.cpp.quality import USUAL, profile
 from dineros.sources.cpp.values import (
@@ -147,7 +153,7 @@ class Maker:
         elif kind == "timers":
             self._timer(call, entity, args, owner)
         else:
-            entity.name = private(shown(args[0])) if args else "open"
+            entity.name = name_on(owner, args[0] if args else None)
             entity.type = self.type_of(call, args)
             self._others(kind, entity, args[1:], owner)
         return port

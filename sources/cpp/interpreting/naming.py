@@ -3,15 +3,41 @@
 from __future__ import annotations
 
 from dineros.sources.cpp.interpreting.parameters import OWN_NAME
+from dineros.sources.cpp.operations import binary
 from dineros.sources.cpp.parsing import line_of, path_of, text_of
-from dineros.sources.cpp.values import Either, Lambda, Made, Method, Seconds, Value, constant, options, shown
+from dineros.sources.cpp.values import (
+    Const,
+    Either,
+    Lambda,
+    Made,
+    Method,
+    Obj,
+    Open,
+    Seconds,
+    Value,
+    constant,
+    options,
+    shown,
+)
 from dineros.sources.facts import Place, is_open
+
+SUB_SPACE = "its namespace"
+"""The field of a sub-node (``create_sub_node``) with its namespace."""
 
 
 def private(name: str) -> str:
     """Return a name with ``~`` for the name of the node if the latter is unknown."""
     own = f"{{{OWN_NAME}}}/"
     return f"~/{name.removeprefix(own)}" if name.startswith(own) else name
+
+
+def name_on(owner: Obj, name: Value | None) -> str:
+    """Return the name of a port of a node; names of a sub-node are in its namespace."""
+    text = private(shown(name)) if name is not None else "open"
+    space = owner.fields.get(SUB_SPACE) if owner.cls is None else None
+    if space is None or text.startswith(("/", "~")):
+        return text
+    return shown(binary("+", binary("+", space, Const("/")), name if name is not None else Open("a name")))
 
 
 def is_callable(value: Value) -> bool:
