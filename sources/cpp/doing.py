@@ -9,7 +9,7 @@ from dineros.sources.cpp.durations import duration
 from dineros.sources.cpp.following.calls import Call
 from dineros.sources.cpp.following.machine import coerced, is_node
 from dineros.sources.cpp.following.statements import Statements
-from dineros.sources.cpp.interpreting.formatting import formatted
+from dineros.sources.cpp.interpreting.formatting import formatted, of_text
 from dineros.sources.cpp.interpreting.generated import generated
 from dineros.sources.cpp.interpreting.lists import items
 from dineros.sources.cpp.interpreting.loading import loaded
@@ -94,8 +94,10 @@ class Ros(Ports):
                 return found
         elif isinstance(on, Items):
             return items(self.machine, call, on)
-        if isinstance(on, Const) and isinstance(on.value, str) and call.last in ("empty", "size", "length"):
-            return Const(not on.value if call.last == "empty" else len(on.value))
+        if isinstance(on, Const) and isinstance(on.value, str):
+            found = of_text(on.value, call)
+            if found is not None:
+                return found
         if call.last in _RESOLVE and call.args:
             return call.args[0]
         if call.last == "create_sub_node" and call.args and isinstance(on, Obj) and on.node is not None:
@@ -148,6 +150,8 @@ class Ros(Ports):
             return args[0]  # of tf2_ros: it receives the messages of its first argument, later
         if last in _SAME and args and (path.startswith("std::") or "::" not in path):
             return args[0]
+        if path in ("std::string", "string") and not args:
+            return Const("")
         if last == "to_string" and args:
             return Const(shown(args[0])) if isinstance(args[0], Const) else Open("a text", part(args[0]))
         templates = " ".join(text_of(each) for each in given)

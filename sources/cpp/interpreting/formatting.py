@@ -44,6 +44,18 @@ def formatted(machine: Statements, call: Call) -> Value | None:
     return None
 
 
+def of_text(text: str, call: Call) -> Value | None:
+    """Return the result of a method of a known text; None: another method, or unknown arguments."""
+    given = [constant(each) for each in call.args]
+    if call.last in ("size", "length") and not given:
+        return Const(len(text))
+    if call.last == "empty" and not given:
+        return Const(not text)
+    if call.last == "substr" and given and all(type(each) is int and each >= 0 for each in given[:2]):
+        return Const(text[given[0] :][: given[1] if len(given) > 1 else None])
+    return None
+
+
 def _filled(text: str, pattern: re.Pattern[str], args: list[Value]) -> Value:
     found: Value = Const("")
     at, left = 0, list(args)

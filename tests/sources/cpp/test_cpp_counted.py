@@ -183,3 +183,24 @@ def test_an_updater_of_diagnostics_has_the_period_that_it_is_given(
     body = f"updater_ = std::make_shared<diagnostic_updater::Updater>({made});"
     (timer,) = [each for each in _of(tmp_path, body) if each.kind == "timers"]
     assert timer.details["period"] == period
+
+
+def test_methods_of_known_texts_have_results(tmp_path: Path) -> None:
+    members = """
+    void make(const std::string & name) {
+      if (!name.empty()) { create_publisher<std_msgs::msg::String>(name, 1); }
+    }
+"""
+    body = """
+    std::string name = "~/twist";
+    create_publisher<std_msgs::msg::String>("/arm/" + name.substr(2), 1);
+    create_publisher<std_msgs::msg::String>("/arm/" + name.substr(2, 3), 1);
+    create_publisher<std_msgs::msg::String>("/arm/" + name.substr(2, name.size()), 1);
+    create_publisher<std_msgs::msg::String>("/arm/" + name.substr(start()), 1);
+    make(std::string());
+    make("made");
+"""
+    found = _of(tmp_path, body, members)
+    names = [each.name for each in found if each.is_enabled]
+    assert [*names[:3], names[-1]] == ["/arm/twist", "/arm/twi", "/arm/twist", "made"]
+    assert len(names) == 5 and "{" in names[3]
