@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, TypeVar
 
 from dineros.sources.cpp.declarators import Parameter, function_of, name_of, parameters_of, used
-from dineros.sources.cpp.headers import Headers
 from dineros.sources.cpp.parsing import Source, path_of, text_of
+from dineros.sources.cpp.tables.headers import Headers
 from dineros.sources.cpp.tables.names import Named, without_branches
 from dineros.sources.cpp.tables.parameter_libraries import ParameterLibraries
 from dineros.sources.cpp.tables.plugins import Plugins
@@ -258,7 +258,7 @@ class Index:
             "constants": self.constants,
         }
         if kind == "includes":
-            return [sorted(self.headers.included(last))]
+            return [[each] for each in sorted(self.headers.included(last))]
         found: list[list[object]] = []
         for each in tables[kind].get(last, ()):
             inner = each.methods.values() if isinstance(each, ClassInfo) else ()

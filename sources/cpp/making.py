@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from dineros.sources.cpp.following.calls import Call
@@ -379,7 +380,7 @@ class Maker:
         return name
 
 
-def _period(entry: dict[str, Any], args: dict[str, Value]) -> float | str:
+def _period(entry: Mapping[str, Any], args: dict[str, Value]) -> float | str:
     """Return the seconds of a timer of a library: a number, or ``{argument}`` with the usual one."""
     if not isinstance(entry["period"], str):
         return float(entry["period"])

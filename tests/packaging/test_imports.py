@@ -169,8 +169,8 @@ FOLDERS = {
     ],
     "sources/cpp/interpreting": ["parameters", "naming", "lists", "formatting", "generated", "loading"],
     "sources/cpp/following": [
-        *("answers", "reach", "reached", "ways", "machine", "expressions", "routines", "calls", "fields"),
-        *("loops", "choices", "statements"),
+        *("durations", "answers", "reach", "reached", "ways", "machine", "expressions", "routines", "calls"),
+        *("fields", "loops", "choices", "statements"),
     ],
     "sources/language": [
         *(

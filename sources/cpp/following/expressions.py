@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Container
 from typing import TYPE_CHECKING
 
-from dineros.sources.cpp.durations import UNITS
+from dineros.sources.cpp.following.durations import UNITS
 from dineros.sources.cpp.following.machine import MOST_CALLS, Machine, coerced
 from dineros.sources.cpp.index import ClassInfo, Routine
 from dineros.sources.cpp.operations import binary, number, text_literal

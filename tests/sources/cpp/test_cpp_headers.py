@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from dineros.sources.cpp.headers import Headers
+from dineros.sources.cpp.tables.headers import Headers
 from dineros.sources.reading import read_source
 
 pytest.importorskip("tree_sitter_cpp")
