@@ -9,6 +9,7 @@ from functools import cache
 from pathlib import Path, PurePosixPath
 from typing import Any
 
+from dineros.metamodel.errors import counted
 from dineros.sources.cmake import Component
 from dineros.sources.cpp.doing import Ros
 from dineros.sources.cpp.following.machine import MOST_STEPS, TooLong
@@ -276,6 +277,11 @@ class CppPrograms:
         except (TooLong, RecursionError) as error:
             start, is_cut, is_whole = machine.fact, True, isinstance(error, TooLong)
             unread.append(f"{path}: the program {program} is too large to be read completely")
+        count = sum(machine.skipped.values())
+        if count and not is_cut:
+            words = f"{counted(count, 'routine')} that did nothing three times"
+            again = "is not followed again" if count == 1 else "are not followed again"
+            unread.append(f"{path}: the program {program} is long: {words} {again}, so ports may be missing")
         unread += machine.unread
         _share(machine)
         join_replaced(machine)

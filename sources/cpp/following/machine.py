@@ -117,6 +117,8 @@ class Machine(Ways):
         ] = {}
         """Of effects, by id: when, and the calls, iterations and branches that led to it first."""
         self._happened = 0
+        self.skipped: dict[int, bool] = {}
+        """Of code that was not followed again, by id of its node: whether it may make ports."""
         self._idle: dict[int, int] = {}
         """Of code that has done nothing so far, by id of its node: how often it was followed."""
         self.reach = reach if reach is not None else Reach(index, idioms)
@@ -152,7 +154,10 @@ class Machine(Ways):
 
     def is_idle(self, code: Node) -> bool:
         """Return whether a long program need not follow code again, as it cost much and did nothing."""
-        return self.steps >= _LONG and self._idle.get(code.id, 0) >= _TRIES
+        is_idle = self.steps >= _LONG and self._idle.get(code.id, 0) >= _TRIES
+        if is_idle and code.id not in self.skipped:
+            self.skipped[code.id] = self.reach.may_make_ports(code)
+        return is_idle
 
     @property
     def when(self) -> str:

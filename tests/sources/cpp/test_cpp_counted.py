@@ -153,6 +153,13 @@ def test_a_long_program_does_not_follow_again_what_did_nothing(
     members = HELPERS.replace("STEPS", "sum_ = sum_ + number; " * 60)
     found = _facts(tmp_path, body, members)
     assert [each.name for each in found.nodes[0].entities] == ["late"] * 5
+    assert not found.unread
+    later = members.replace("sum_ = sum_ + number;", "auto later = [this]() { make(1); };", 1)
+    said = (
+        "robot.cpp: the program robot is long: 1 routine that did nothing three times is not followed again, "
+        "so ports may be missing"
+    )
+    assert said in _facts(tmp_path, "    work(1);\n" * 20, later).unread
     monkeypatch.setattr(programs, "MOST_STEPS", 5000)
     monkeypatch.setattr(programs, "_LEAST", 1)
     assert "too large" not in str(_facts(tmp_path, "    work(1);\n" * 20, members).unread)
