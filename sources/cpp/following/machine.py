@@ -117,6 +117,9 @@ class Machine(Ways):
         ] = {}
         """Of effects, by id: when, and the calls, iterations and branches that led to it first."""
         self._happened = 0
+        self._stored: list[str] = []
+        self.writes: dict[int, set[str]] = {}
+        """The members that code has set, by id of its node."""
         self.skipped: dict[int, bool] = {}
         """Of code that was not followed again, by id of its node: whether it may make ports."""
         self._idle: dict[int, int] = {}
@@ -145,8 +148,9 @@ class Machine(Ways):
     @contextmanager
     def observed(self, code: Node) -> Iterator[None]:
         """Follow a routine or a constructor, and record whether it does something."""
-        steps, before = self.steps, self._happened
+        steps, before, first = self.steps, self._happened, len(self._stored)
         yield
+        self.writes.setdefault(code.id, set()).update(self._stored[first:])
         if self._happened != before:
             self._idle[code.id] = -MOST_STEPS
         elif self.steps - steps >= _MUCH:
@@ -353,6 +357,7 @@ class Machine(Ways):
 
     def store_field(self, this: Obj, name: str, value: Value) -> None:
         """Give a member of an object a value."""
+        self._stored.append(name)
         for cls in self.bases(this.cls) if this.cls is not None else ():
             if name in cls.fields:
                 kind = cls.fields[name][0]

@@ -97,8 +97,11 @@ class Routines(Expressions):
             with self.observed(routine.node):
                 return self._body(routine.body, frame, routine.node, node)
         words = self.reach.words(routine)
+        sets = frozenset(self.writes[routine.node.id]) if is_followed else words
         held = [frame.this, *frame.values.values()]
-        _open_members([each for value in held for each in options(value) if isinstance(each, Obj)], words)
+        _open_members(
+            [each for value in held for each in options(value) if isinstance(each, Obj)], words, sets
+        )
         for each in routine.parameters:
             if each.is_out:
                 frame.values[each.name] = Open(each.name)
@@ -121,8 +124,8 @@ class Routines(Expressions):
                     self.assign(left, value, self.frames[-1])
 
 
-def _open_members(objects: list[Obj], words: frozenset[str]) -> None:
-    """Forget values of members that a routine names: it may have changed them."""
+def _open_members(objects: list[Obj], words: frozenset[str], sets: frozenset[str]) -> None:
+    """Forget lists that a routine names, and values of members that it may set."""
     seen: set[int] = set()
     while objects and len(seen) < _MOST_OBJECTS:
         each = objects.pop()
@@ -132,5 +135,5 @@ def _open_members(objects: list[Obj], words: frozenset[str]) -> None:
         for name, value in each.fields.items():
             objects += [one for one in options(value) if isinstance(one, Obj)]
             plain = all(isinstance(one, (Const, Seconds)) and one != Const(None) for one in options(value))
-            if name in words and (plain or isinstance(value, Items)):
+            if (plain and name in sets) or (isinstance(value, Items) and name in words):
                 each.fields[name] = Open(name)

@@ -211,3 +211,24 @@ def test_methods_of_known_texts_have_results(tmp_path: Path) -> None:
     names = [each.name for each in found if each.is_enabled]
     assert [*names[:3], names[-1]] == ["/arm/twist", "/arm/twi", "/arm/twist", "made"]
     assert len(names) == 5 and "{" in names[3]
+
+
+def test_code_that_is_not_followed_again_may_change_what_it_sets(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(machine, "_LONG", 0)
+    members = """
+    std::string name_ = "arm";
+    std::string other_ = "none";
+    std::vector<std::string> parts_;
+    void work(const std::string & given) { STEPS count(name_); other_ = given; parts_.push_back(given); }
+""".replace("STEPS", "sum_ = sum_ + 1; " * 60)
+    body = """
+    work("a"); work("b"); work("c"); work("d");
+    create_publisher<std_msgs::msg::String>(name_, 1);
+    create_publisher<std_msgs::msg::String>(other_, 1);
+    for (const auto & each : parts_) { create_publisher<std_msgs::msg::String>(each, 1); }
+"""
+    known, *rest = [each.name for each in _of(tmp_path, body, members)]
+    assert known == "arm"
+    assert rest and all(is_open(each) for each in rest[:1] + rest[-1:])
