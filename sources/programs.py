@@ -16,7 +16,7 @@ from dineros.sources.folders import SourceFolder
 from dineros.sources.language.calls import Interpreter
 from dineros.sources.language.fields.messages import answered
 from dineros.sources.language.fields.responses import leave_open
-from dineros.sources.language.machine import Activity, TooLong
+from dineros.sources.language.machine import EVENT, Activity, TooLong
 from dineros.sources.language.modules import Module, Modules
 from dineros.sources.language.values import Bound, Callback, Class, Frame, Function
 from dineros.sources.left_out import lines
@@ -311,6 +311,7 @@ def _callbacks(machine: Interpreter) -> None:
 
 def _read(machine: Interpreter, callback: Callback) -> None:
     machine.run += 1
+    machine.reading = callback
     fact = callback.fact
     fact.effects = []
     node: ast.AST = getattr(_target(callback.function), "node", None) or ast.Pass(
@@ -360,6 +361,11 @@ def _target(function: object) -> object:
 def _finish(machine: Interpreter, activity: Activity) -> None:
     """Assign callbacks without a node to the nodes whose ports they use, or to the first node."""
     find_variables(machine, activity.block)
+    for key, callback in list(machine.callbacks.items()):
+        if callback.fact.kind == EVENT and not callback.fact.effects:
+            del machine.callbacks[key]
+            if callback.node is not None:
+                callback.node.callbacks.remove(callback.fact)
     main = activity.fact
     loose = [callback.fact for callback in machine.callbacks.values() if callback.node is None]
     if machine.nodes:

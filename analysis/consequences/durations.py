@@ -3,8 +3,8 @@
 A model of source code lets a callback take any time, as the code does not say how long it works. Then each
 queue between nodes can overflow that is not bounded otherwise. Such a finding says nothing about the code: it
 is a note. If writer and reader are in one node net, they share an executor. Then it stays an error if the
-callbacks that write, each run once, write more than the queue holds: however quick the reader is, it may come
-after them.
+callbacks of this executor that write, each run once, write more than the queue holds: however quick the
+reader is, it may come after them.
 
 With times, it stays an error if the model gives all times that it depends on: those of the callbacks of its
 nodes and of all that send them messages, and of the messages between them.
@@ -136,8 +136,10 @@ def _depends(channel: sym.Channel | None) -> bool:
 
 
 def _fits(channel: sym.Channel | None) -> bool:
-    """Return whether a queue has room for what the callbacks of one executor write if each runs once."""
+    """Return whether a queue has room for what the callbacks of its readers' executors write, each once."""
     room: int
+    writers, readers = _places(channel)
+    shared = {id(node_net_of(place)) for place in readers}
     match channel:
         case sym.TopicChannel():
             room = min(port.limit for port in (*channel.publishers, *channel.subscribers))
@@ -146,7 +148,7 @@ def _fits(channel: sym.Channel | None) -> bool:
         case _:
             room = HISTORY_DEPTH
     written = 0
-    for place in _places(channel)[0]:
+    for place in (each for each in writers if id(node_net_of(each)) in shared):
         for page in only_put_by(place) or (None,):
             most = None if page is None else most_put(page, place)
             if most is None:

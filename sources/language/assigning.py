@@ -7,9 +7,11 @@ import ast
 from dineros.sources.language.conditions import Conditions
 from dineros.sources.language.gathering import put
 from dineros.sources.language.values import (
+    Bound,
     Class,
     Either,
     Frame,
+    Function,
     Holder,
     Items,
     Made,
@@ -18,6 +20,7 @@ from dineros.sources.language.values import (
     Object,
     Open,
     Outside,
+    Partial,
     Port,
     Value,
     is_none,
@@ -50,6 +53,8 @@ class Assignments(Conditions):
                 elif not isinstance(holder, (Made, Port, ModuleValue)) and not is_none(holder):
                     self.attributes.names.add(target.attr)
                     self.escape(value)
+                elif isinstance(holder, Made) and isinstance(value, (Bound, Function, Partial)):
+                    self.escape(value)  # ``client.on_message = self.on_message``
                 if isinstance(holder, Holder):
                     self.write_slot(holder, target.attr, value)
                 elif isinstance(holder, Class):

@@ -11,6 +11,7 @@ from typing import Protocol
 from dineros.sources.branches import Anything, Branch, Do, Loop
 from dineros.sources.facts import CallbackFact, Effect, Entity, Item, Known, NodeFact, Place
 from dineros.sources.language.attributes import Attributes, Slots, Written
+from dineros.sources.language.inner import callback_key, widen
 from dineros.sources.language.modules import Module, Modules
 from dineros.sources.language.values import (
     Bound,
@@ -36,10 +37,14 @@ MOST_STEPS = 400_000
 """Limit of the expressions and statements of one program."""
 MOST_CALLS = 30
 """Limit of the depth of calls."""
+MOST_AGAIN = 2
+"""Limit of how often a callback makes itself again with other constants."""
 MOST_CALLBACKS = 600
 """Limit of the callbacks of one program."""
 
 
+EVENT = "event"
+"""Kind of a callback that code outside of the folder calls: of a driver, a window, a server."""
 FALLS, RETURNS, RAISES, BREAKS, CONTINUES = "falls", "returns", "raises", "breaks", "continues"
 """The possible ends of statements: the first continues with the next statement."""
 
@@ -146,6 +151,7 @@ class Machine(Slots):
         self.activities: list[Activity] = []
         self.trail: list[object] = []
         self.calls: list[Function] = []
+        self.reading: Callback | None = None
         self.run = 0
         self.is_final = False
         self.steps = 0
@@ -255,11 +261,16 @@ class Machine(Slots):
         """Return the namespace of a module; None for a function."""
         return self.holders.get(id(frame))
 
-    def escape(self, value: Value | None, depth: int = 3) -> None:
-        """Record that unknown code receives a value: it may call the functions in the value."""
+    def escape(self, value: Value | None, depth: int = 3, *, is_read: bool = True) -> None:
+        """Record that unknown code receives a value: it may call the functions in the value at any time.
+
+        These are read as callbacks of events, unless `is_read` is false.
+        """
         for each in options(value):
             if isinstance(each, (Function, Bound, Partial)):
                 self.attributes.may_call(each)
+                if is_read and self.described(each)[1] is not None:
+                    self.later(each, EVENT, self.activity.node, [], EVENT)
             elif isinstance(each, Port):
                 each.entity.is_lent = True
             elif isinstance(each, RunningNode):
@@ -270,10 +281,10 @@ class Machine(Slots):
                 each.instance.entity.is_lent = True
             elif isinstance(each, Items) and depth:
                 for item in each.items:
-                    self.escape(item, depth - 1)
+                    self.escape(item, depth - 1, is_read=is_read)
             elif isinstance(each, Mapping) and depth:
                 for item in (*each.items.values(), *each.rest):
-                    self.escape(item, depth - 1)
+                    self.escape(item, depth - 1, is_read=is_read)
 
     # -------------------------------------------------------------------------------------- what it has found
 
@@ -320,7 +331,9 @@ class Machine(Slots):
         name, at, is_async = self.described(function)
         fact = CallbackFact(name, kind, at or Place("", 0), is_async=is_async)
         callback = Callback(function, fact, node, args)
-        known = self.callbacks.setdefault((kind, key, *callback_key(function)), callback)
+        callback.parent = self.reading
+        widen(callback, MOST_AGAIN)
+        known = self.callbacks.setdefault((kind, key, *callback_key(callback.function)), callback)
         if known is callback and len(self.callbacks) > MOST_CALLBACKS:
             raise TooLong
         if node is not None and known.fact not in node.callbacks:
@@ -376,17 +389,6 @@ class Machine(Slots):
         if after is not None and after in order:
             order = order[order.index(after) + 1 :]
         return next((each.names[name] for each in order if name in each.names), None)
-
-
-def callback_key(function: Value) -> tuple[object, ...]:
-    """Return the key of a callback."""
-    if isinstance(function, Bound):
-        return (id(function.function.node), id(function.instance))
-    if isinstance(function, Function):
-        return (id(function.node), id(function.frame) if isinstance(function.node, ast.Lambda) else 0)
-    if isinstance(function, Partial):
-        return callback_key(function.function)
-    return (type(function).__name__, getattr(function, "path", ""))
 
 
 def _lend(instance: Object, depth: int) -> None:

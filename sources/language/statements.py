@@ -19,6 +19,7 @@ from dineros.sources.language.values import (
     Frame,
     Future,
     Items,
+    Made,
     Open,
     Value,
     join,
@@ -105,8 +106,18 @@ class Statements(Assignments):
 
     def _run_FunctionDef(self, node: ast.FunctionDef | ast.AsyncFunctionDef, frame: Frame) -> set[str]:  # noqa: N802
         owner = getattr(frame, "cls", None)
-        self.assign_variable(node.name, self.function(node, frame, owner), frame)
+        function = self.function(node, frame, owner)
+        self.assign_variable(node.name, function, frame)
+        if owner is None and any(self._registers(each, frame) for each in node.decorator_list):
+            self.escape(function)
         return {FALLS}
+
+    def _registers(self, decorator: ast.expr, frame: Frame) -> bool:
+        """Return whether a decorator gives a function to an object of a library: ``@app.route("/")``."""
+        named = decorator.func if isinstance(decorator, ast.Call) else decorator
+        if not isinstance(named, ast.Attribute):
+            return False
+        return any(isinstance(each, (Made, Open)) for each in options(self.evaluate(named.value, frame)))
 
     _run_AsyncFunctionDef = _run_FunctionDef  # noqa: N815
 

@@ -353,7 +353,7 @@ class Callback:
     fact: CallbackFact
     node: NodeFact | None
     args: list[Value]
-    key: tuple[object, ...] = ()
+    parent: Callback | None = None
 
 
 NONE = Const(None)
@@ -365,7 +365,7 @@ def join(values: Iterable[Value | None]) -> Value:
     for value in values:
         for each in value.options if isinstance(value, Either) else [value]:
             if each is not None:
-                found.setdefault(_identity(each), each)
+                found.setdefault(identity(each), each)
                 if len(found) > MOST_OPTIONS:
                     return Open("many values")
     if not found:
@@ -406,10 +406,10 @@ def of_key(key: Any) -> Value:
 
 def same(one: Value, other: Value) -> bool:
     """Return whether two values are certainly the same."""
-    return one is other or _identity(one) == _identity(other)
+    return one is other or identity(one) == identity(other)
 
 
-def _identity(value: Value) -> Hashable:
+def identity(value: Value) -> Hashable:
     """Return a key that two values share if they are certainly the same."""
     if isinstance(value, Const):
         known = value.value

@@ -6,6 +6,7 @@ import ast
 
 from dineros.sources.facts import HELD, Entity, Known, NodeFact
 from dineros.sources.language.fields.messages import sent
+from dineros.sources.language.machine import EVENT
 from dineros.sources.language.values import (
     NONE,
     Frame,
@@ -224,7 +225,7 @@ class Doer:
         what = "future" if do == "spin_until" else facts[0].name if facts else OPEN_NODE
         waits = any(effect.do in ("call", "send_goal") for effect in fact.effects)
         if (
-            self.is_callback()
+            (self.is_callback() and fact.kind != EVENT)
             or fact.kind == "constructor"
             or do == "spin_until"
             or (do == "spin_once" and waits)

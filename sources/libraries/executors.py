@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 
 from dineros.sources.facts import NodeFact, Place, is_open
+from dineros.sources.language.machine import EVENT
 from dineros.sources.language.values import (
     NONE,
     Const,
@@ -82,8 +83,8 @@ class Executors:
         return self.doer.spin(name, facts, call, node, frame, "rclpy")
 
     def _is_outer(self) -> bool:
-        """Return whether the spinning code is not a callback."""
-        return self.machine.activity.fact.kind in ("main", "thread", "module")
+        """Return whether no executor calls the spinning code."""
+        return self.machine.activity.fact.kind in ("main", "thread", "module", EVENT)
 
     def _run(self, fact: NodeFact, executor: Made, how: str, made: Made) -> None:
         threads = threads_of(executor)

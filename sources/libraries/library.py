@@ -49,6 +49,10 @@ _ONLY_LOOK = frozenset(
     )
 )
 """Built-in functions that keep nothing of their arguments and call none of them."""
+_CALLS_ITS_ARGUMENT = frozenset(("filter", "map", "max", "min", "sorted"))
+_THREADS = frozenset(("threading.Thread", "threading.Timer", "multiprocessing.Process"))
+"""Their functions run when they are started."""
+_LOGS = frozenset(("critical", "debug", "error", "exception", "fatal", "info", "log", "warn", "warning"))
 _WAITS = frozenset(("run", "call", "check_call", "check_output"))
 
 
@@ -90,16 +94,16 @@ class RosLibrary:
                 return found
         if path.startswith("builtins."):
             if last not in _ONLY_LOOK:
-                self._escape(args, keys)
+                self._escape(args, keys, is_read=last in _CALLS_ITS_ARGUMENT)
             return self.built_ins.call(last, args, keys, node, frame)
         found = self._standard(path, last, made, node, frame)
         if found is None:
-            self._escape(args, keys)
+            self._escape(args, keys, is_read=path not in _THREADS)
         return made if found is None else found
 
-    def _escape(self, args: list[Value], keys: Keys) -> None:
+    def _escape(self, args: list[Value], keys: Keys, *, is_read: bool = True) -> None:
         for each in (*args, *keys.values()):
-            self.machine.escape(each)
+            self.machine.escape(each, is_read=is_read)
 
     def _rclpy(self, path: str, last: str, made: Made, node: ast.AST, frame: Frame) -> Value | None:
         args, keys = made.args, made.keys
@@ -218,7 +222,7 @@ class RosLibrary:
         if found is None and not isinstance(value, (Port, Items, Mapping, Const, Text)):
             found = self.doer.unknown(value, name, args, keys, node, frame, method.text)
         if found is None or name == "create_task":
-            self._escape(args, keys)
+            self._escape(args, keys, is_read=name not in _LOGS)
             if not isinstance(value, (Port, Items, Mapping, Const, Text)):
                 self.machine.attributes.may_call(method)
         if found is not None:

@@ -175,6 +175,20 @@ def test_overflows_that_durations_decide_are_notes(
     assert ("can overflow if callbacks take long enough" in found.stdout) != is_certain
 
 
+def test_only_writers_in_the_executor_of_the_reader_make_an_overflow_certain(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Another program writes at its own time: a quick reader has taken what was there before."""
+    monkeypatch.chdir(tmp_path)
+    Path("src").mkdir()
+    talker = TALKER.replace("        self.pub.publish(String())\n", "", 1)
+    Path("src/talker.py").write_text(talker.replace("HERE", HEARS))
+    Path("src/other.py").write_text(talker.replace("HERE", "pass").replace('"talker"', '"other"'))
+    found = check("--source", "src")
+    assert "[queue-overflow]" not in found.stdout and found.exit_code == 0, found.stdout
+    assert "can overflow if callbacks take long enough" in found.stdout
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
