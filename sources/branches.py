@@ -9,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from dineros.sources.facts import Effect, Entity, Item, Known, Place, Variable
+from dineros.sources.facts import Effect, Entity, Item, Place
+from dineros.sources.variables import Known, Variable
 
 SOME: Known = ("some",)
 """An object that is true and not None."""

@@ -6,11 +6,11 @@ unknown parts. The guide describes the schema.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
 from dineros.sources.interfaces import Interfaces
+from dineros.sources.variables import Known, Variable, once
 
 OPEN = "open"
 """Prefix of unknown values."""
@@ -121,32 +121,6 @@ class Item:
     """An item of the control flow of a callback, see `dineros.sources.branches`."""
 
 
-Known = tuple[object, ...]
-"""A value of a variable, as `dineros.sources.branches` has them."""
-
-
-@dataclass(eq=False)
-class Variable:
-    """An attribute of an object that has few values in the whole program: a flag, a mode, a handle or None.
-
-    Attributes
-    ----------
-    name : str
-        Of the attribute.
-    at : Place
-        Where it gets its first value.
-    first : Known
-        Its value when the callbacks begin to run.
-    values : tuple of Known
-        All values that it may have.
-    """
-
-    name: str
-    at: Place
-    first: Known = ()
-    values: tuple[Known, ...] = ()
-
-
 @dataclass(eq=False)
 class Effect:
     """An effect of a callback.
@@ -252,7 +226,7 @@ class CallbackFact:
             "name": self.name,
             "kind": self.kind,
             "at": str(self.at),
-            "effects": _once(effect.to_json() for effect in self.effects),
+            "effects": once(effect.to_json() for effect in self.effects),
         }
         if self.is_async:
             found["async"] = True
@@ -263,15 +237,6 @@ class CallbackFact:
         if self.answers:
             found["answers"] = self.answers
         return found
-
-
-def _once(shown: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Return the effects to show, without duplicates: a helper that is called twice is shown once."""
-    found: list[dict[str, Any]] = []
-    for each in shown:
-        if each not in found:
-            found.append(each)
-    return found
 
 
 KINDS = (
@@ -367,6 +332,8 @@ class NodeFact:
         for kind in KINDS:
             found[kind] = [entity.to_json() for entity in self.of(kind) if not entity.is_anonymous_group]
         found["callbacks"] = [callback.to_json() for callback in self.callbacks]
+        if self.variables:
+            found["variables"] = [variable.to_json() for variable in self.variables]
         return found
 
 

@@ -25,8 +25,9 @@ from dineros.sources.branches import (
     Negated,
     Turns,
 )
-from dineros.sources.facts import Effect, Item, Known
+from dineros.sources.facts import Effect, Item
 from dineros.sources.kept_values import item_of, place_of, plain_place, text_of, truth_of
+from dineros.sources.variables import Known
 
 Number = Callable[[Effect], int]
 """Returns the number of an effect."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from dineros.sources.facts import Known, Place, Variable
+from dineros.sources.facts import Place
 from dineros.sources.language.values import (
     Bound,
     Const,
@@ -20,6 +20,7 @@ from dineros.sources.language.values import (
     Value,
     join,
 )
+from dineros.sources.variables import Known, Variable
 
 MOST_VALUES = 12
 """Limit of the values of an attribute."""

@@ -19,10 +19,11 @@ from dineros.sources.branches import (
     variables_tested,
     walk,
 )
-from dineros.sources.facts import CallbackFact, Item, Known, NodeFact, Variable
+from dineros.sources.facts import CallbackFact, Item, NodeFact
 from dineros.sources.language.machine import Machine
 from dineros.sources.language.modules import Module
 from dineros.sources.language.values import Class, Const, Object
+from dineros.sources.variables import Known, Use, Variable
 
 MOST_VALUES = 8
 """Limit of the values of a variable that a model distinguishes."""
@@ -102,11 +103,13 @@ def _finish(node: NodeFact) -> None:
         for fact in node.callbacks:
             for item in walk(fact.body or []):
                 if isinstance(item, Put) and item.variable is variable:
+                    variable.sets.append(Use(fact.name, item.at, item.values))
                     is_any |= item.values is None
                     values |= dict.fromkeys(item.values or ())
             for condition in conditions(fact.body or []):
                 for each in parts(condition):
                     if isinstance(each, Compared) and each.variable is variable:
+                        variable.tests.append(Use(fact.name, each.at))
                         is_tested = True
                         values |= dict.fromkeys([each.value] if each.value is not None and is_any else ())
         if is_any:
@@ -119,6 +122,8 @@ def _finish(node: NodeFact) -> None:
                     if isinstance(each, Compared) and each.variable is variable and each.value is not None
                 }
         variable.values = tuple(values)
+        for uses in (variable.sets, variable.tests):
+            uses.sort(key=lambda use: (use.at.file, use.at.line))
         if is_tested and 1 < len(values) <= MOST_VALUES:
             kept.append(variable)
     node.variables = kept

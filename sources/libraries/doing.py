@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 
-from dineros.sources.facts import HELD, Entity, Known, NodeFact
+from dineros.sources.facts import HELD, Entity, NodeFact
 from dineros.sources.language.fields.messages import sent
 from dineros.sources.language.machine import EVENT
 from dineros.sources.language.values import (
@@ -29,6 +29,7 @@ from dineros.sources.language.values import (
     options,
 )
 from dineros.sources.libraries.making import CONSTRUCTORS, Maker
+from dineros.sources.variables import Known
 
 Keys = dict[str, Value]
 

@@ -20,9 +20,10 @@ from dineros.observation.importing.flows.labels import (
     Step,
     of_service,
 )
-from dineros.sources.branches import OTHER, SOME, Answered, conditions, parts, variables_set
+from dineros.sources.branches import Answered, conditions, parts, variables_set
 from dineros.sources.branches import Received as TestOfField
-from dineros.sources.facts import CallbackFact, Effect, Entity, Known, NodeFact, Variable, is_open, located
+from dineros.sources.facts import CallbackFact, Effect, Entity, NodeFact, is_open, located
+from dineros.sources.variables import Known, Variable, shown
 
 MOST_EDGES = 400
 """Limit of the edges of the flow of one callback; variables of a larger one are omitted."""
@@ -312,12 +313,7 @@ def _texts(variable: Variable) -> dict[Known, str]:
     """Return the values of a variable as a model names them."""
     found: dict[Known, str] = {}
     for value in variable.values:
-        if value in (SOME, OTHER):
-            text = "something" if value == SOME else "another"
-        elif value[0] == "const":
-            text = repr(value[2])
-        else:
-            text = ".".join(str(each) for each in value[1:])
+        text = repr(value[2]) if value[0] == "const" else str(shown(value))
         found[value] = _free(text[:60], found.values())
     return found
 

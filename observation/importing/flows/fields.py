@@ -10,8 +10,9 @@ from dineros.observation.importing.flows.values import KINDS, deciding, is_of
 from dineros.observation.importing.given import Given, GivenNode
 from dineros.observation.systems import ObservedNode
 from dineros.sources.branches import Give, walk
-from dineros.sources.facts import Entity, Known, NodeFact, is_open
+from dineros.sources.facts import Entity, NodeFact, is_open
 from dineros.sources.interfaces import Interfaces
+from dineros.sources.variables import Known
 
 _MOST_DEPTH = 1
 """Limit of the depth of the queues of a topic whose messages may have both values of a field."""

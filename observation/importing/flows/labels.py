@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TypeAlias
 
 from dineros.sources.branches import FALSE, TRUE
-from dineros.sources.facts import Known
+from dineros.sources.variables import Known
 
 
 @dataclass(frozen=True)

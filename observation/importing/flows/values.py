@@ -8,8 +8,8 @@ from typing import Any
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.token_types.installed import installed_constants
 from dineros.observation.importing.flows.labels import Deciding
-from dineros.sources.facts import Known
 from dineros.sources.interfaces import Interfaces
+from dineros.sources.variables import Known
 
 ANOTHER = "ANOTHER_VALUE"
 """Name of all values of a field that the code does not name."""

@@ -28,7 +28,8 @@ from dineros.sources.cpp.following.calls import Calls
 from dineros.sources.cpp.following.expressions import named
 from dineros.sources.cpp.parsing import path_of, text_of
 from dineros.sources.cpp.values import Const, Frame, Made
-from dineros.sources.facts import CallbackFact, Known
+from dineros.sources.facts import CallbackFact
+from dineros.sources.variables import Known
 
 if TYPE_CHECKING:
     from tree_sitter import Node
