@@ -25,6 +25,7 @@ from dineros.sources.libraries.idioms import Idiom
 from dineros.sources.libraries.left_out import calls_of
 from dineros.sources.libraries.library import RosLibrary
 from dineros.sources.packages import Package
+from dineros.sources.ros_imports import RosImports
 
 _DEEP = 12_000
 """Recursion limit of the reader itself: enough for the deepest code that is parsed."""
@@ -86,14 +87,19 @@ def read_programs(reading: Reading, modules: Modules) -> Facts:
     facts = Facts(folder.root.resolve().name)
     with _deep():
         programs = programs_of(reading, modules)
+        imports = RosImports(modules, reading.idioms)
         made: set[tuple[str, int]] = set()
         known: dict[tuple[str, str], list[NodeFact]] = {}
         for program in programs:
+            module = modules.module(program.path)
+            if module is None or not imports.can_use_ros(module):
+                continue
             nodes, classes = _run(program, modules, reading)
             made |= classes
             _add(facts, nodes, known)
         for path, line, name in _classes_of_nodes(folder, modules):
-            if (path, line) not in made:
+            module = modules.module(path)
+            if (path, line) not in made and module is not None and imports.can_use_ros(module):
                 nodes, _ = _run_class(path, name, modules, reading)
                 _add(facts, nodes, known)
     facts.files = len(modules.all)
@@ -296,15 +302,20 @@ def _run_class(
 
 
 def _callbacks(machine: Interpreter) -> None:
-    """Read all callbacks twice: the first pass finds the values that they assign to attributes."""
+    """Read all callbacks twice: the first pass finds the values that they assign to attributes.
+
+    Events are read once, before the second pass: they are many in programs with windows.
+    """
     for is_final in (False, True):
         machine.is_final = is_final
         done: set[int] = set()
         while True:
             todo = [each for each in machine.callbacks.values() if id(each) not in done]
+            if not is_final:
+                todo = [each for each in todo if each.fact.kind != EVENT]
             if not todo:
                 break
-            for callback in todo:
+            for callback in sorted(todo, key=lambda each: each.fact.kind != EVENT):
                 done.add(id(callback))
                 _read(machine, callback)
 

@@ -85,7 +85,7 @@ class Conditions(Imports):
         if isinstance(test, ast.Attribute):
             return self._asked(test, frame)
         if isinstance(test, ast.Compare) and len(test.ops) == 1:
-            return self._compared(test.left, test.ops[0], test.comparators[0], frame)
+            return self.compared(test.left, test.ops[0], test.comparators[0], frame)
         return Anything()
 
     def _asked(self, test: ast.Attribute, frame: Frame) -> Condition:
@@ -193,7 +193,8 @@ class Conditions(Imports):
             return None
         return known if known[0] == "outside" or isinstance(known[2], int) else None
 
-    def _compared(self, left: ast.expr, operator: ast.cmpop, right: ast.expr, frame: Frame) -> Condition:
+    def compared(self, left: ast.expr, operator: ast.cmpop, right: ast.expr, frame: Frame) -> Condition:
+        """Return the condition of a comparison."""
         return self._field_compared(left, operator, right, frame) or self._variable_compared(
             left, operator, right, frame
         )

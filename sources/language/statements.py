@@ -7,10 +7,10 @@ import copy
 from collections.abc import Callable
 
 from dineros.sources.branches import Anything, Attempt, Branch, Condition, Leave, Loop, Turns
-from dineros.sources.language.assigning import Assignments
 from dineros.sources.language.attributes import Written
 from dineros.sources.language.endings import why_endless
 from dineros.sources.language.machine import BREAKS, CONTINUES, FALLS, RAISES, RETURNS, Activity
+from dineros.sources.language.matching import Matching, merge
 from dineros.sources.language.operations import Verdict
 from dineros.sources.language.values import (
     SETTINGS,
@@ -29,7 +29,7 @@ from dineros.sources.language.values import (
 _LEAVES = {RETURNS, RAISES, BREAKS, CONTINUES}
 
 
-class Statements(Assignments):
+class Statements(Matching):
     """The part of the interpreter that runs statements."""
 
     def _tested(self, test: ast.expr, frame: Frame) -> tuple[Verdict, Condition]:
@@ -208,34 +208,6 @@ class Statements(Assignments):
             frame.names.setdefault(name, value)
         return ends
 
-    def _run_Match(self, node: ast.Match, frame: Frame) -> set[str]:  # noqa: N802
-        self.evaluate(node.subject, frame)
-        rest = self.activity.block
-        before = dict(frame.names)
-        after = [before]
-        ends: set[str] = {FALLS}
-        for case in node.cases:
-            frame.names.clear()
-            frame.names.update(before)
-            with self.perhaps(is_kept=True) as block:
-                for each in ast.walk(case.pattern):
-                    name = (
-                        getattr(each, "name", None)
-                        if isinstance(each, (ast.MatchAs, ast.MatchStar))
-                        else None
-                    )
-                    if name:
-                        self.assign_variable(name, Open(name), frame)
-                found = self.execute(case.body, frame)
-            choice = Branch(Anything(), block, [])
-            rest.append(choice)
-            rest = choice.otherwise
-            ends |= found
-            if FALLS in found:
-                after.append(dict(frame.names))
-        merge(frame, after, before)
-        return ends
-
     def _run_Try(self, node: ast.Try, frame: Frame) -> set[str]:  # noqa: N802
         before = dict(frame.names)
         done = Attempt([], [])
@@ -395,20 +367,6 @@ class Statements(Assignments):
             value = frame.names.get(name)
             if isinstance(value, Const) and value.value is not None:
                 frame.names[name] = Open(name)
-
-
-def merge(frame: Frame, after: list[dict[str, Value]], before: dict[str, Value]) -> None:
-    """Merge the values of variables from all branches that continue."""
-    if not after:
-        after = [before]
-    names = {name for each in after for name in each}
-    merged = {}
-    for name in names:
-        values = [each[name] for each in after if name in each]
-        is_one = all(value is values[0] for value in values[1:])
-        merged[name] = values[0] if is_one else join(values)
-    frame.names.clear()
-    frame.names.update(merged)
 
 
 def _assigned(body: list[ast.stmt]) -> set[str]:

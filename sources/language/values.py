@@ -361,6 +361,10 @@ NONE = Const(None)
 
 def join(values: Iterable[Value | None]) -> Value:
     """Return a value that stands for any of several."""
+    values = list(values)
+    one = values[0] if values else None
+    if one is not None and all(each is one for each in values):
+        return one
     found: dict[Hashable, Value] = {}
     for value in values:
         for each in value.options if isinstance(value, Either) else [value]:

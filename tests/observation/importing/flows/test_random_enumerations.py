@@ -76,6 +76,16 @@ class Asker(Client):
         return found
 
     def statement(self, space: str, indent: int, depth: int) -> list[str]:
+        names = ["response"] if not self._calls else self._names
+        if depth and names and self._random.random() < 0.2:
+            lines = [f"{space}match {self._random.choice(names)}.state:"]
+            for _ in range(self._random.randint(1, 2)):
+                one, two = self._random.choice(WRITTEN), self._random.choice(WRITTEN)
+                lines.append(f"{space}    case {self._random.choice([one, f'{one} | {two}'])}:")
+                lines += self.block(indent + 8, depth - 1)
+            if self._random.random() < 0.5:
+                lines += [f"{space}    case _:", *self.block(indent + 8, depth - 1)]
+            return lines
         return [each.replace("Trigger", "Ask") for each in super().statement(space, indent, depth)]
 
 

@@ -52,7 +52,8 @@ Run = tuple[tuple[str, ...], State]
 class Writer:
     """Writes a random program."""
 
-    def __init__(self, seed: int, *, has_handlers: bool) -> None:
+    def __init__(self, seed: int, *, has_handlers: bool, has_matches: bool = False) -> None:
+        self._has_matches = has_matches
         self._random = random.Random(seed)
         self._has_handlers = has_handlers
         self.flags = self._random.sample(sorted(VALUES), self._random.randint(1, 3))
@@ -99,6 +100,8 @@ class Writer:
     def _statement(self, indent: int, depth: int) -> list[str]:
         pad, pick = " " * 4 * indent, self._random.random()
         flag = self._random.choice(self.flags)
+        if depth and self._has_matches and self._random.random() < 0.4:
+            return self._match(indent, depth)
         if depth and pick < 0.35:
             lines = [f"{pad}if {self._test()}:", *self._block(indent + 1, depth - 1)]
             if self._random.random() < 0.5:
@@ -135,6 +138,22 @@ class Writer:
         if pick < 0.82 and flag == "mode":
             return [f"{pad}self.mode = {self._value('mode')} if {self._test(1)} else {self._value('mode')}"]
         return [f"{pad}self.{flag} = {self._value(flag)}"]
+
+    def _match(self, indent: int, depth: int) -> list[str]:
+        """Return a ``match`` of a flag."""
+        pad, flag = " " * 4 * indent, self._random.choice(self.flags)
+        lines = [f"{pad}match self.{flag}:"]
+        for _ in range(self._random.randint(1, 3)):
+            one, two = self._value(flag), self._value(flag)
+            pattern = self._random.choice([one, one, f"{one} | {two}", f"({one}) as found", "found"])
+            is_last = pattern == "found"
+            test = f" if {self._test()}" if is_last or self._random.random() < 0.3 else ""
+            if self._random.random() < 0.2 and self._helps:
+                test = f" if self.helper() is {self._random.choice(['', 'not '])}None"
+            lines += [f"{pad}    case {pattern}{test}:", *self._block(indent + 2, depth - 1)]
+        if self._random.random() < 0.4:
+            lines += [f"{pad}    case _:", *self._block(indent + 2, depth - 1)]
+        return lines
 
 
 # ------------------------------------------------------------------------------------------------- by Python
@@ -247,9 +266,11 @@ def all_states(real: Real, timers: int) -> set[State]:
     return found
 
 
-def written(seed: int, folder: Path, *, has_handlers: bool = False) -> tuple[Writer, Real, Any]:
+def written(
+    seed: int, folder: Path, *, has_handlers: bool = False, has_matches: bool = False
+) -> tuple[Writer, Real, Any]:
     """Write a program; return what it is by Python, and what the reader says of its node."""
-    writer = Writer(seed, has_handlers=has_handlers)
+    writer = Writer(seed, has_handlers=has_handlers, has_matches=has_matches)
     text = writer.program()
     (folder / "robot.py").write_text(text)
     read = coded([("", read_source(folder))], "src")
@@ -263,11 +284,13 @@ def flows_of(node: Any, writer: Writer) -> Iterator[tuple[int, Flow]]:
             yield index, flow
 
 
-@pytest.mark.parametrize("start", range(0, 60, 20))
-def test_flows_do_what_python_does(tmp_path: Path, start: int) -> None:
+@pytest.mark.parametrize(
+    ("start", "has_matches"), [(0, False), (20, False), (40, False), (200, True), (220, True)]
+)
+def test_flows_do_what_python_does(tmp_path: Path, start: int, has_matches: bool) -> None:
     compared = 0
     for seed in range(start, start + 20):
-        writer, real, read = written(seed, tmp_path)
+        writer, real, read = written(seed, tmp_path, has_matches=has_matches)
         node = read.given.nodes["/robot"]
         known = node.variables
         values = {name: variable.values for name, variable in known.items()}
@@ -301,3 +324,28 @@ def test_exceptions_are_among_what_flows_do(tmp_path: Path, start: int) -> None:
                 for published, after in real.runs(index, state):
                     end = tuple(v for f, v in zip(writer.flags, after, strict=True) if f in mine)
                     assert len(published) >= 8 or (published, end) in found, (seed, index, state)
+
+
+def test_a_case_compares_the_value_before_the_guards_of_other_cases(tmp_path: Path) -> None:
+    text = f"""{HEAD}        self.mode = 1
+        self.create_timer(1.0, self.on_0)
+
+    def helper(self):
+        self.mode = 2
+        return False
+
+    def on_0(self):
+        match self.mode:
+            case 1 if self.helper():
+                self.a.publish(String())
+            case 2:
+                self.b.publish(String())
+        if self.mode == 2:
+            self.mode = 1
+{TAIL}"""
+    (tmp_path / "robot.py").write_text(text)
+    node = coded([("", read_source(tmp_path))], "src").given.nodes["/robot"]
+    flow = node.callbacks["on_0"].flow
+    assert flow is not None
+    assert Real(text, ["mode"]).runs(0, ("1",)) == {((), ("1",))}
+    assert ((), ("1",)) in followed(flow, ["mode"], ("1",))
