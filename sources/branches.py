@@ -9,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from dineros.sources.facts import Effect, Entity, Item, Place
+from dineros.sources.facts import Effect, Entity, Item
+from dineros.sources.places import Place
 from dineros.sources.variables import Known, Variable
 
 SOME: Known = ("some",)

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from dineros.sources.interfaces import Interfaces
+from dineros.sources.places import Place
 from dineros.sources.variables import Known, Variable, once
 
 OPEN = "open"
@@ -31,36 +32,6 @@ def is_open(value: object) -> bool:
 
 HELD = "held already"
 """The way of taking a lock that the same callback already holds and that is not recursive."""
-
-
-@dataclass(frozen=True)
-class Place:
-    """A line of a file.
-
-    Attributes
-    ----------
-    file : str
-        Path, relative to the folder that was read.
-    line : int
-        Counted from 1.
-    """
-
-    file: str
-    line: int
-
-    def __str__(self) -> str:
-        return f"{self.file}:{self.line}"
-
-
-def located(place: Place, folder: str) -> str:
-    """Return a line of code as ``file:line``, with the folder of the file.
-
-    Examples
-    --------
-    >>> located(Place("arm/mover.py", 7), "src"), located(Place("mover.py", 7), ".")
-    ('src/arm/mover.py:7', 'mover.py:7')
-    """
-    return str(place) if folder in ("", ".") else f"{folder.rstrip('/')}/{place}"
 
 
 @dataclass(eq=False)

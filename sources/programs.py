@@ -11,7 +11,7 @@ from pathlib import PurePosixPath
 from typing import Any
 
 from dineros.sources.branches import fields_of_effects, variables_set
-from dineros.sources.facts import CallbackFact, Facts, NodeFact, Place
+from dineros.sources.facts import CallbackFact, Facts, NodeFact
 from dineros.sources.folders import SourceFolder
 from dineros.sources.language.calls import Interpreter
 from dineros.sources.language.fields.messages import answered
@@ -25,6 +25,7 @@ from dineros.sources.libraries.idioms import Idiom
 from dineros.sources.libraries.left_out import calls_of
 from dineros.sources.libraries.library import RosLibrary
 from dineros.sources.packages import Package
+from dineros.sources.places import Place
 from dineros.sources.ros_imports import RosImports
 
 _DEEP = 12_000

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    from dineros.sources.facts import Place
+from dineros.sources.places import Place
 
 Known = tuple[object, ...]
 """A value of a variable, as `dineros.sources.branches` has them."""

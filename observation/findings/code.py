@@ -8,7 +8,8 @@ from dataclasses import replace
 from dineros.analysis.witnesses.findings import Fault, Finding, Severity
 from dineros.observation.findings.losing import FAULTS as OF_LOSSES
 from dineros.observation.findings.losing import losses, said
-from dineros.sources.facts import HELD, CallbackFact, Effect, Facts, NodeFact, Place, is_open, located
+from dineros.sources.facts import HELD, CallbackFact, Effect, Facts, NodeFact, is_open
+from dineros.sources.places import Place, located
 
 LONG = 1.0
 """Least seconds of a sleep that is reported."""

@@ -6,8 +6,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
 from dineros.analysis.witnesses.findings import Fault, Finding
-from dineros.sources.facts import Entity, Facts, NodeFact, is_open, located
+from dineros.sources.facts import Entity, Facts, NodeFact, is_open
 from dineros.sources.interfaces import Interfaces
+from dineros.sources.places import located
 
 MISSING = Fault(
     "code-type-missing",

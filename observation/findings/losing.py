@@ -7,7 +7,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from dineros.analysis.witnesses.findings import Fault, Finding
-from dineros.sources.facts import CallbackFact, Effect, Entity, NodeFact, Place, is_open
+from dineros.sources.facts import CallbackFact, Effect, Entity, NodeFact, is_open
+from dineros.sources.places import Place
 
 EARLY = Fault(
     "code-publishes-early",

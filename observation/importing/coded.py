@@ -20,8 +20,9 @@ from dineros.observation.importing.steps import Behaviour
 from dineros.observation.importing.timing import order_of, sleeps_of, stops_of
 from dineros.observation.systems import Endpoint, ObservedNode, ObservedSystem, TopicEndpoint
 from dineros.sources.alternatives import taken_of, types_of
-from dineros.sources.facts import CallbackFact, Entity, Facts, NodeFact, Place, is_open, located
+from dineros.sources.facts import CallbackFact, Entity, Facts, NodeFact, is_open
 from dineros.sources.interfaces import Interfaces
+from dineros.sources.places import Place, located
 
 _MIDDLEWARE = ("system default", "best available")
 """Qualities that the middleware decides."""

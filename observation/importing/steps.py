@@ -7,7 +7,8 @@ from dataclasses import replace
 
 from dineros.observation.importing.assuming import Taken
 from dineros.observation.importing.flows.labels import Deciding, Step
-from dineros.sources.facts import CallbackFact, Effect, Entity, located
+from dineros.sources.facts import CallbackFact, Effect, Entity
+from dineros.sources.places import located
 
 _TIMES = {"always": "", "conditional": "?", "in a loop": "*"}
 _WAITS = ("blocks", "await", "spin-until", "polled", "waits for")

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from dineros.sources.facts import CallbackFact, Entity, NodeFact, Place
+from dineros.sources.facts import CallbackFact, Entity, NodeFact
+from dineros.sources.places import Place
 
 _STOPS = {
     "cancel_timer": "is cancelled",

@@ -30,7 +30,7 @@ from dineros.metamodel.json_text import decode_json
 from dineros.sources.cpp.following.reached import Reached
 from dineros.sources.cpp.index import Asked, Index
 from dineros.sources.facts import NodeFact
-from dineros.sources.kept_facts import from_plain, to_plain
+from dineros.sources.keeping.facts import from_plain, to_plain
 
 MOST_BYTES = 1 << 24
 """Bytes of an entry."""

@@ -24,12 +24,13 @@ from dineros.sources.cpp.replaced import join_replaced
 from dineros.sources.cpp.tables.parameter_libraries import read_parameter_libraries
 from dineros.sources.cpp.tables.plugins import read_plugins
 from dineros.sources.cpp.values import Frame, Made, Todo, Value
-from dineros.sources.facts import CallbackFact, NodeFact, Place
+from dineros.sources.facts import CallbackFact, NodeFact
 from dineros.sources.folders import CPP, SourceFolder, is_test
 from dineros.sources.launch.containers import THREADS
 from dineros.sources.left_out import lines
 from dineros.sources.libraries.idioms import Idiom, read_idioms
 from dineros.sources.packages import Package
+from dineros.sources.places import Place
 
 _DEEP = 12_000
 _MOST_OF_ALL = 2_000_000

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from dineros.sources.facts import Place
 from dineros.sources.language.values import (
     Bound,
     Const,
@@ -20,6 +19,7 @@ from dineros.sources.language.values import (
     Value,
     join,
 )
+from dineros.sources.places import Place
 from dineros.sources.variables import Known, Variable
 
 MOST_VALUES = 12

@@ -5,10 +5,10 @@ from __future__ import annotations
 import ast
 
 from dineros.sources.branches import Called
-from dineros.sources.facts import CallbackFact, Place
+from dineros.sources.facts import CallbackFact
 from dineros.sources.language.machine import MOST_CALLS, Activity
 from dineros.sources.language.modules import Module
-from dineros.sources.language.statements import Statements
+from dineros.sources.language.running.statements import Statements
 from dineros.sources.language.values import (
     Bound,
     Class,
@@ -29,6 +29,7 @@ from dineros.sources.language.values import (
     is_none,
     join,
 )
+from dineros.sources.places import Place
 
 
 class Interpreter(Statements):

@@ -24,7 +24,7 @@ from dineros.sources.branches import (
     Received,
     constant,
 )
-from dineros.sources.facts import CallbackFact, Item, Place
+from dineros.sources.facts import CallbackFact, Item
 from dineros.sources.language.fields.messages import is_only_read
 from dineros.sources.language.fields.responses import asked_call, asked_future, response_of
 from dineros.sources.language.importing import Imports
@@ -46,6 +46,7 @@ from dineros.sources.language.values import (
     Value,
     options,
 )
+from dineros.sources.places import Place
 from dineros.sources.variables import Known, Variable
 
 _RESPONSE = re.compile(r"\w+\.srv\.\w+\.Response")

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from dineros.sources.branches import Anything, Branch, Do, Loop
-from dineros.sources.facts import CallbackFact, Effect, Entity, Item, NodeFact, Place
+from dineros.sources.facts import CallbackFact, Effect, Entity, Item, NodeFact
 from dineros.sources.language.attributes import Attributes, Slots, Written
 from dineros.sources.language.inner import callback_key, widen
 from dineros.sources.language.modules import Module, Modules
@@ -32,6 +32,7 @@ from dineros.sources.language.values import (
     Value,
     options,
 )
+from dineros.sources.places import Place
 from dineros.sources.variables import Known
 
 MOST_STEPS = 400_000

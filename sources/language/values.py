@@ -9,7 +9,8 @@ from itertools import product
 from math import prod
 from typing import TYPE_CHECKING, Any
 
-from dineros.sources.facts import CallbackFact, Effect, Entity, NodeFact, Place
+from dineros.sources.facts import CallbackFact, Effect, Entity, NodeFact
+from dineros.sources.places import Place
 
 if TYPE_CHECKING:
     from dineros.sources.language.modules import Module

@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from dineros.sources.facts import Place
 from dineros.sources.language.values import (
     NONE,
     Const,
@@ -20,6 +19,7 @@ from dineros.sources.language.values import (
 )
 from dineros.sources.language.values import Mapping as Table
 from dineros.sources.launch.substitutions import Scope, Substitutions, known_or_open, truth_of, words_of
+from dineros.sources.places import Place
 
 DEEPEST = 12
 """Limit of nested includes."""

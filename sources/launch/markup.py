@@ -10,11 +10,11 @@ from lxml import etree
 
 from dineros.metamodel.errors import ModelFileError
 from dineros.metamodel.files.xml import attributes_of, line_of, parse_bytes
-from dineros.sources.facts import Place
 from dineros.sources.language.values import Const, Items, Made, Open, Value
 from dineros.sources.language.values import Mapping as Table
 from dineros.sources.launch.substitutions import typed
 from dineros.sources.launch.yaml_text import Part, UnreadableError, parts_of
+from dineros.sources.places import Place
 
 Entity = tuple[str, dict[str, Any], list[Any], int]
 """An element: its tag, its attributes, its inner elements, its line."""

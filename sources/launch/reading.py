@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from dineros.sources.facts import CallbackFact, Place
+from dineros.sources.facts import CallbackFact
 from dineros.sources.folders import SourceFolder
 from dineros.sources.language.calls import Interpreter
 from dineros.sources.language.machine import Activity, TooLong
@@ -23,6 +23,7 @@ from dineros.sources.launch.yaml_text import UnreadableError, parts_of
 from dineros.sources.libraries.idioms import Idiom
 from dineros.sources.libraries.library import RosLibrary
 from dineros.sources.packages import Package
+from dineros.sources.places import Place
 
 MOST_INCLUDES = 1000
 """Limit of the files that a launch file includes, with repetitions."""

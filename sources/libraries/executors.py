@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 
-from dineros.sources.facts import NodeFact, Place, is_open
+from dineros.sources.facts import NodeFact, is_open
 from dineros.sources.language.machine import EVENT
 from dineros.sources.language.values import (
     NONE,
@@ -22,6 +22,7 @@ from dineros.sources.language.values import (
     text_of,
 )
 from dineros.sources.libraries.doing import Doer, Keys
+from dineros.sources.places import Place
 
 
 class Executors:

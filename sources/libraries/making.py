@@ -6,7 +6,7 @@ import ast
 from collections.abc import Mapping
 from typing import Any
 
-from dineros.sources.facts import OPEN, CallbackFact, Entity, NodeFact, Place, is_open
+from dineros.sources.facts import OPEN, CallbackFact, Entity, NodeFact, is_open
 from dineros.sources.language.machine import Machine
 from dineros.sources.language.values import (
     Const,
@@ -32,6 +32,7 @@ from dineros.sources.language.values import (
 )
 from dineros.sources.libraries.arguments import alternatives, type_of
 from dineros.sources.libraries.quality import profile_of
+from dineros.sources.places import Place
 
 NO_VARIABLE = "(no variable)"
 CONSTRUCTORS = ("constructor", "main", "thread", "module")

@@ -32,7 +32,8 @@ from dineros.sources.branches import (
     conditions,
     parts,
 )
-from dineros.sources.facts import Effect, Item, Place, located
+from dineros.sources.facts import Effect, Item
+from dineros.sources.places import Place, located
 from dineros.sources.variables import Variable
 
 END = 0

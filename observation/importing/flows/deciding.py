@@ -22,7 +22,8 @@ from dineros.observation.importing.flows.labels import (
 )
 from dineros.sources.branches import Answered, conditions, parts, variables_set
 from dineros.sources.branches import Received as TestOfField
-from dineros.sources.facts import CallbackFact, Effect, Entity, NodeFact, is_open, located
+from dineros.sources.facts import CallbackFact, Effect, Entity, NodeFact, is_open
+from dineros.sources.places import located
 from dineros.sources.variables import Known, Variable, shown
 
 MOST_EDGES = 400

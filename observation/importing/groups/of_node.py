@@ -13,7 +13,8 @@ from collections.abc import Callable
 
 from dineros.observation.importing.assuming import Taken
 from dineros.observation.importing.groups.sharing import free_name
-from dineros.sources.facts import Entity, NodeFact, Place, is_open
+from dineros.sources.facts import Entity, NodeFact, is_open
+from dineros.sources.places import Place
 
 DEFAULT = "default_group"
 """Name of the default group of a node in C++ whose clients begin callbacks in it."""

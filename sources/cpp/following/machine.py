@@ -15,8 +15,9 @@ from dineros.sources.cpp.following.ways import Ways
 from dineros.sources.cpp.index import ClassInfo, Index
 from dineros.sources.cpp.parsing import arguments_of, line_of, path_of, text_of
 from dineros.sources.cpp.values import Const, Either, Frame, Made, Obj, Todo, Value, joined
-from dineros.sources.facts import CallbackFact, Effect, Entity, NodeFact, Place
+from dineros.sources.facts import CallbackFact, Effect, Entity, NodeFact
 from dineros.sources.libraries.idioms import Idiom
+from dineros.sources.places import Place
 
 if TYPE_CHECKING:
     from tree_sitter import Node

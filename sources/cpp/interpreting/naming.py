@@ -19,7 +19,8 @@ from dineros.sources.cpp.values import (
     options,
     shown,
 )
-from dineros.sources.facts import Place, is_open
+from dineros.sources.facts import is_open
+from dineros.sources.places import Place
 
 SUB_SPACE = "its namespace"
 """The field of a sub-node (``create_sub_node``) with its namespace."""

@@ -22,7 +22,8 @@ from dineros.observation.importing.coded import coded
 from dineros.observation.importing.given import Given, read_given
 from dineros.observation.importing.timing import order_of
 from dineros.observation.systems import ObservedNode, ObservedSystem
-from dineros.sources.facts import NodeFact, Place
+from dineros.sources.facts import NodeFact
+from dineros.sources.places import Place
 from dineros.sources.reading import read_source
 from tests.support.systems.foreign import port, trigger
 

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from dineros.sources.cpp.keeping import Keeper
-from dineros.sources.kept_facts import to_plain
+from dineros.sources.keeping.facts import to_plain
 from dineros.sources.reading import read_source
 
 pytest.importorskip("tree_sitter_cpp")

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Any, TypeVar
 
-from dineros.sources.facts import Place
+from dineros.sources.places import Place
 
 MOST_LETTERS = 1 << 20
 """Limit of the length of a text."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from dineros.sources.facts import CallbackFact, Effect, Entity, NodeFact
-from dineros.sources.kept_branches import block_of, plain_block
-from dineros.sources.kept_values import (
+from dineros.sources.keeping.branches import block_of, plain_block
+from dineros.sources.keeping.values import (
     item_of,
     number_of,
     place_of,

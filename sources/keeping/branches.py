@@ -26,7 +26,7 @@ from dineros.sources.branches import (
     Turns,
 )
 from dineros.sources.facts import Effect, Item
-from dineros.sources.kept_values import item_of, place_of, plain_place, text_of, truth_of
+from dineros.sources.keeping.values import item_of, place_of, plain_place, text_of, truth_of
 from dineros.sources.variables import Known
 
 Number = Callable[[Effect], int]

@@ -10,8 +10,8 @@ from dineros.sources.branches import Anything, Attempt, Branch, Condition, Leave
 from dineros.sources.language.attributes import Written
 from dineros.sources.language.endings import why_endless
 from dineros.sources.language.machine import BREAKS, CONTINUES, FALLS, RAISES, RETURNS, Activity
-from dineros.sources.language.matching import Matching, merge
 from dineros.sources.language.operations import Verdict
+from dineros.sources.language.running.matching import Matching, merge
 from dineros.sources.language.values import (
     SETTINGS,
     Class,

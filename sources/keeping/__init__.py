@@ -1,0 +1,1 @@
+"""Facts as JSON, for a cache."""
