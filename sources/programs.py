@@ -16,7 +16,7 @@ from dineros.sources.folders import SourceFolder
 from dineros.sources.language.calls import Interpreter
 from dineros.sources.language.fields.messages import answered
 from dineros.sources.language.fields.responses import leave_open
-from dineros.sources.language.machine import EVENT, Activity, TooLong
+from dineros.sources.language.machine import EVENT, MOST_STEPS_OF_EVENTS, Activity, TooLong
 from dineros.sources.language.modules import Module, Modules
 from dineros.sources.language.values import Bound, Callback, Class, Frame, Function
 from dineros.sources.left_out import lines
@@ -248,7 +248,7 @@ def _run(program: Program, modules: Modules, reading: Reading) -> tuple[list[Nod
                 machine.call(function, [], {}, function.node, frame)
             elif program.function is None:
                 _place_main(main, machine, frame, module)
-        _callbacks(machine)
+        _callbacks(machine, reading.folder)
     except (TooLong, RecursionError):
         reading.folder.unread.append(
             f"{program.path}: the program {words} is too large to be read completely"
@@ -290,7 +290,7 @@ def _run_class(
             cls = machine.variable(name, frame)
             if isinstance(cls, Class):
                 machine.call(cls, [], {}, cls.node, frame)
-        _callbacks(machine)
+        _callbacks(machine, reading.folder)
     except (TooLong, RecursionError):
         machine.attributes.is_wild = True
         reading.folder.unread.append(f"{path}: the class {name} is too large to be read completely")
@@ -302,7 +302,7 @@ def _run_class(
     return machine.nodes, set()
 
 
-def _callbacks(machine: Interpreter) -> None:
+def _callbacks(machine: Interpreter, folder: SourceFolder) -> None:
     """Read all callbacks twice: the first pass finds the values that they assign to attributes.
 
     Events are read once, before the second pass: they are many in programs with windows.
@@ -311,14 +311,39 @@ def _callbacks(machine: Interpreter) -> None:
         machine.is_final = is_final
         done: set[int] = set()
         while True:
-            todo = [each for each in machine.callbacks.values() if id(each) not in done]
-            if not is_final:
-                todo = [each for each in todo if each.fact.kind != EVENT]
+            if is_final:
+                _events(machine, done, folder)
+            todo = [
+                each for each in machine.callbacks.values() if id(each) not in done and not _is_event(each)
+            ]
             if not todo:
                 break
-            for callback in sorted(todo, key=lambda each: each.fact.kind != EVENT):
+            for callback in todo:
                 done.add(id(callback))
                 _read(machine, callback)
+
+
+def _events(machine: Interpreter, done: set[int], folder: SourceFolder) -> None:
+    """Read the functions that unknown code receives, as long as the steps for them suffice."""
+    before, most = machine.steps, machine.most_steps
+    machine.most_steps = before + MOST_STEPS_OF_EVENTS
+    try:
+        while todo := [
+            each for each in machine.callbacks.values() if _is_event(each) and id(each) not in done
+        ]:
+            for callback in todo:
+                done.add(id(callback))
+                _read(machine, callback)
+    except (TooLong, RecursionError):
+        done |= {id(each) for each in machine.callbacks.values() if _is_event(each)}
+        folder.unread.append(
+            f"{machine.home}: the functions that libraries receive are too large to be read completely"
+        )
+    machine.most_steps = most + machine.steps - before
+
+
+def _is_event(callback: Callback) -> bool:
+    return callback.fact.kind == EVENT
 
 
 def _read(machine: Interpreter, callback: Callback) -> None:
@@ -330,7 +355,7 @@ def _read(machine: Interpreter, callback: Callback) -> None:
         lineno=fact.at.line, col_offset=0
     )
     activity = Activity(fact, callback.node)
-    machine.trail = [("callback", id(fact))]
+    machine.trail = [("callback", id(callback.first().fact))]
     machine.calls = []
     frame = getattr(_target(callback.function), "frame", None)
     if frame is None:

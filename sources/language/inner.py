@@ -13,16 +13,16 @@ from dataclasses import replace
 from dineros.sources.language.values import (
     Bound,
     Callback,
-    Const,
     Frame,
     Function,
     Made,
     Object,
     Open,
     Partial,
-    Text,
+    Port,
     Value,
     identity,
+    same,
 )
 
 
@@ -49,15 +49,19 @@ def widen(callback: Callback, most: int) -> None:
         return
     last = before[0].function
     known = _around(last) if isinstance(last, Function) else {}
-    names: dict[str, Value] = {}
-    for name, value in _around(function).items():
-        other = known.get(name)
-        if isinstance(value, (Const, Text)):
-            names[name] = Open(name)
-        elif isinstance(value, Object) and isinstance(other, Object):
-            names[name] = other if (value.cls, value.at) == (other.cls, other.at) else value
+    names = {name: _any_time(name, value, known.get(name)) for name, value in _around(function).items()}
+    callback.again = before[0]
     frame = replace(function.frame, names={**function.frame.names, **names})
     callback.function = replace(function, frame=frame)
+
+
+def _any_time(name: str, value: Value, before: Value | None) -> Value:
+    """Return a value that stands for a variable at any turn."""
+    if before is not None and same(value, before):
+        return value
+    if isinstance(value, Object) and isinstance(before, Object):
+        return before if (value.cls, value.at) == (before.cls, before.at) else value
+    return value if isinstance(value, (Bound, Function, Made, Object, Port)) else Open(name)
 
 
 def _parents(callback: Callback) -> Iterator[Callback]:

@@ -37,6 +37,8 @@ from dineros.sources.variables import Known
 
 MOST_STEPS = 400_000
 """Limit of the expressions and statements of one program."""
+MOST_STEPS_OF_EVENTS = 100_000
+"""Limit of those of events of one program."""
 MOST_CALLS = 30
 """Limit of the depth of calls."""
 MOST_AGAIN = 2
@@ -157,6 +159,7 @@ class Machine(Slots):
         self.run = 0
         self.is_final = False
         self.steps = 0
+        self.most_steps = MOST_STEPS
         self.pools = 0
         self.home = ""
         self.stars: dict[str, list[str]] = {}  # of modules outside of the folder, by the file
@@ -185,7 +188,7 @@ class Machine(Slots):
             There were too many.
         """
         self.steps += 1
-        if self.steps > MOST_STEPS:
+        if self.steps > self.most_steps:
             raise TooLong
 
     @contextmanager
@@ -271,7 +274,8 @@ class Machine(Slots):
         for each in options(value):
             if isinstance(each, (Function, Bound, Partial)):
                 self.attributes.may_call(each)
-                if is_read and self.described(each)[1] is not None:
+                is_new = len(self.callbacks) < MOST_CALLBACKS // 2  # the rest is for other callbacks
+                if is_read and is_new and self.described(each)[1] is not None:
                     self.later(each, EVENT, self.activity.node, [], EVENT)
             elif isinstance(each, Port):
                 each.entity.is_lent = True

@@ -355,6 +355,11 @@ class Callback:
     node: NodeFact | None
     args: list[Value]
     parent: Callback | None = None
+    again: Callback | None = None
+
+    def first(self) -> Callback:
+        """Return the callback whose entities this one makes again: itself, or an earlier turn."""
+        return self if self.again is None else self.again.first()
 
 
 NONE = Const(None)

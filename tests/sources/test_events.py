@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.sources.support import facts_of, node_of, one
+from tests.sources.support import effects, facts_of, indented, node_of, one
 
 _ROBOT = """
 def __init__(self):
@@ -105,6 +105,7 @@ if __name__ == "__main__":
         "future.add_done_callback(lambda future: self.again(at))",
         "future.add_done_callback(lambda future: self.again(at, request, helper))",
         "def done(future): self.again(at, helper)\n        future.add_done_callback(done)",
+        "self.timer = self.create_timer(at + 1.0, lambda: self.again(at if self.x else 3))",
     ],
 )
 def test_callbacks_that_schedule_themselves_again_come_to_an_end(
@@ -115,7 +116,22 @@ def test_callbacks_that_schedule_themselves_again_come_to_an_end(
     facts = facts_of(tmp_path, text)
     assert not facts.unread
     node = one(facts)
-    found = [each for each in node.callbacks if each.kind == "done callback"]
+    found = [each for each in node.callbacks if each.kind in ("done callback", "timer")]
     assert 1 <= len(found) <= 8
     assert all({"publish", "call"} <= {effect.do for effect in each.effects} for each in found)
     assert not any(each.is_open for each in node.callbacks)
+
+
+def test_too_many_events_do_not_open_the_program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What they do is listed as not read; all other callbacks are as certain as before."""
+    monkeypatch.setattr("dineros.sources.programs.MOST_STEPS_OF_EVENTS", 3)
+    start = "vendor.listen(self.heard)\n    self.create_timer(1, self.tick)"
+    body = _ROBOT.replace("START", start) + "def tick(self): self.pub.publish(String())\n"
+    text = f"import vendor\nclass Robot(Node):\n{indented(body)}\nrclpy.init()\nrclpy.spin(Robot())\n"
+    facts = facts_of(tmp_path, text)
+    assert [each.partition(": ")[2] for each in facts.unread] == [
+        "the functions that libraries receive are too large to be read completely"
+    ]
+    node = one(facts).to_json()
+    assert effects(node, "tick") == [("publish", "self.pub", "always")]
+    assert not any(each.get("open") for each in node["callbacks"] if each["name"] == "tick")
