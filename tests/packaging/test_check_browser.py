@@ -1,4 +1,4 @@
-"""``tools/check-browser`` and ``tools/browser-packages`` on machines made up of a few commands, and what they install."""
+"""``tools/check-browser`` and ``tools/browser-packages`` on machines with few commands."""
 
 import json
 import shutil
