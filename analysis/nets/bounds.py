@@ -5,6 +5,9 @@ y(p). Linear programming proposes a weighting in floating point; it is accepted 
 integers. One program usually bounds a whole part of the net, so few are solved; each place's bound is then
 improved by removing weights of places from which no tokens can flow to it.
 
+The program of a place gives the best of its bounds by weightings. A bound by the program of another place
+holds, too, but may be weaker, so some places get a program of their own as well: all of them in small nets.
+
 References
 ----------
 M. Silva, E. Teruel, J. M. Colom, *Linear algebraic and linear programming techniques for the analysis of
@@ -24,6 +27,9 @@ from dineros.analysis.nets.linear_programs import LinearProgram, in_whole_number
 from dineros.analysis.nets.semiflows import semiflows
 from dineros.analysis.nets.siphons import unmarked_siphon
 from dineros.analysis.nets.structure import PlaceInvariant
+
+LEAST_OWN = 16
+"""Number of places, those with the largest bounds first, that get a program of their own in any case."""
 
 
 @dataclass(frozen=True)
@@ -88,13 +94,13 @@ def _bound_by_programs(
         if bounds[place] is None:
             sought += 1
             seek(place)
-    # The weighting of another place may give a weaker bound than the best one. So the same number of places
-    # is
-    # tried once more: those with the largest bounds, and all places to which no token comes.
+    # The weighting of another place may give a weaker bound than the best one. So as many places are tried
+    # once more, or a few: those with the largest bounds, and all places to which no token comes.
     values = {place: bound.value for place in unknown if (bound := bounds[place]) is not None}
-    most = sorted(values, key=lambda place: -values[place])[:sought]
+    largest = sorted((place for place in values if values[place] > 0), key=lambda place: -values[place])
+    again = [place for place in largest[:sought] if values[place] > 1] + largest[:LEAST_OWN]
     never = [place for place in unmarked_siphon(net) if values.get(place, 0) > 0]
-    for place in dict.fromkeys([*(place for place in most if values[place] > 1), *never]):
+    for place in dict.fromkeys([*again, *never]):
         seek(place)
 
 

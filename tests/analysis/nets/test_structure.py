@@ -7,7 +7,7 @@ import itertools
 import networkx as nx
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from numpy.typing import NDArray
 
 from dineros.analysis.nets.bounds import place_bounds
@@ -54,9 +54,28 @@ def test_bounds_hold(net: CompiledNet) -> None:
                 assert bound is None or bound.value >= largest
 
 
+_OTHER_PLACE_PAYS = CompiledNet.build(
+    {"p0": 1, "p1": 0, "p2": 0, "p3": 1, "p4": 0},
+    [("t0", {"p0": 1}, {"p4": 1}), ("t1", {"p0": 2, "p4": 2}, {"p3": 2, "p4": 2})],
+)
+"""The weighting of p3 also bounds p4, by 2; the best one of p4 bounds it by 1."""
+_ROUNDED = CompiledNet.build(
+    {"p0": 0, "p1": 0, "p2": 0, "p3": 2, "p4": 1, "p5": 3},
+    [
+        ("t0", {"p0": 1, "p4": 2}, {"p1": 2, "p3": 1}),
+        ("t1", {"p3": 1, "p4": 1}, {"p0": 1}),
+        ("t2", {"p1": 1}, {"p2": 1}),
+    ],
+)
+"""A weighted sum of 2 bounds p1, of weight 3, by 0; with equal weights, the bound is 1."""
+
+
 @given(nets())
+@example(_OTHER_PLACE_PAYS)
+@example(_ROUNDED)
 @settings(max_examples=100, deadline=None)
 def test_linear_programs_bound_as_tightly_as_semiflows(net: CompiledNet) -> None:
+    # All of these nets are small, so that each place gets a program of its own.
     flows = semiflows(net)
     assert flows is not None
     for bound, other in zip(place_bounds(net, flows), place_bounds(net), strict=True):
