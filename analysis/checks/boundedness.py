@@ -145,17 +145,17 @@ class Boundedness(Question):
         if work >= FIRST_SHARE:
             if checked.recurrence is not None:
                 raise _RecurrentError
-            Overflow.ask_early(checked)
             known = checked.by_parts
             Callbacks.ask_early(checked)
-            if not isinstance(checked.model, sym.SystemModel) or any(
-                bound is None for bound in place_bounds(checked.subject.net)
-            ):
-                return
             is_open = any(map(known.is_open, range(len(checked.subject.net.transitions))))
             ends = checked.callbacks_known or not checked.waiting.callbacks
-            if known.has_no_deadlock and not is_open and ends:
+            if (
+                isinstance(checked.model, sym.SystemModel)
+                and all(bound is not None for bound in place_bounds(checked.subject.net))
+                and (known.has_no_deadlock and ends and not is_open)
+            ):
                 raise _KnownByPartsError
+            Overflow.ask_early(checked)
 
     @staticmethod
     def _without_space(checked: Checked, reason: str) -> None:

@@ -64,7 +64,7 @@ class Overflow(Question):
         for queue in queues(checked.subject):
             drops = [checked.subject.transition_index[drop] for drop in queue.drops]
             if not known.traces.keys().isdisjoint(drops):
-                way = witness_of_firing(checked.subject, known.way_to(drops))
+                way = witness_of_firing(checked.subject, known.way_to(drops), checked.rounds_tried)
                 checked.report.findings.append(cls._found(queue, way))
                 checked.told.add(queue.load)
 

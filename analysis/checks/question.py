@@ -14,11 +14,13 @@ from dineros.analysis.answers.budget import RAN_OUT, Budget, BudgetExceededError
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.callbacks.circles import Circle
 from dineros.analysis.callbacks.waiting import Waiting
+from dineros.analysis.model.queues import queues
 from dineros.analysis.model.subject import Subject, base_subject
 from dineros.analysis.portfolio.known import Known, known_of
 from dineros.analysis.symbolic.engine import SymbolicStateSpace
 from dineros.analysis.symbolic.order_cache import OrderCache
 from dineros.analysis.witnesses.findings import Fault, Report
+from dineros.analysis.witnesses.rounds import MOST_TRIED
 from dineros.metamodel import pn
 from dineros.metamodel.errors import BudgetError
 
@@ -38,6 +40,9 @@ NEAR_SHARE = 0.2
 
 PARTS_SHARE, PARTS_SECONDS = 0.4, 60.0
 """Part of the time that is left in which parts of the net are looked at; seconds if the time has no limit."""
+
+FEW_QUEUES = 10
+"""Number of queues for each of which a run that loses a message is put into rounds at any cost."""
 
 RECURRENCE_SHARE = 0.2
 """Part of the time that is left in which a smaller net is looked at."""
@@ -107,6 +112,14 @@ class Checked:
     def waiting(self) -> Waiting:
         """Which of its callbacks wait for what."""
         return Waiting(self.subject)
+
+    @cached_property
+    def rounds_tried(self) -> int:
+        """Firings tried, at most, to find rounds that repeat in a run that loses a message.
+
+        The more queues there are, the fewer for each.
+        """
+        return MOST_TRIED // max(1, len(queues(self.subject)) // FEW_QUEUES)
 
     @cached_property
     def near(self) -> Firings:

@@ -45,7 +45,7 @@ def firing_witness(checked: Checked, transitions: Sequence[str]) -> Witness | No
     if known is None:
         number = next(each for each in numbers if checked.space.enabled(subject.net.transitions[each]))
     elif not known.traces.keys().isdisjoint(numbers):
-        return witness_of_firing(subject, known.way_to(numbers))
+        return witness_of_firing(subject, known.way_to(numbers), checked.rounds_tried)
     elif subject.is_timed:
         return None  # a sequence of the net without its times may have no schedule
     else:
@@ -54,7 +54,7 @@ def firing_witness(checked: Checked, transitions: Sequence[str]) -> Witness | No
     if trace is None:
         checked.budget.check_time()
         return None
-    return witness_of_firing(subject, trace)
+    return witness_of_firing(subject, trace, checked.rounds_tried)
 
 
 def why_unseen(checked: Checked) -> str:

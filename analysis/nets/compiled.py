@@ -219,7 +219,7 @@ class CompiledNet:
         """
         if not self.is_enabled(transition, marking):
             raise NetError(f"transition {self.transitions[transition]!r} is not enabled")
-        result = [int(tokens) for tokens in marking]
+        result: list[int] = marking.tolist() if isinstance(marking, np.ndarray) else list(marking)
         for place, tokens in self.delta[transition].items():
             result[place] += tokens
         return result

@@ -11,9 +11,11 @@ from math import inf
 
 import numpy as np
 
+from dineros.analysis.nets.causal_past import CausalPast
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.coverability import Pumping, can_repeat
 from dineros.analysis.nets.shortening import shortened
+from dineros.analysis.nets.used_part import UsedPart
 from dineros.analysis.nets.witness import replay
 from dineros.analysis.walks.arrays import Int64Array, NetArrays
 from dineros.analysis.walks.kernels.walks import DEADLOCK, GREW, scout
@@ -26,6 +28,9 @@ MOST_FIRINGS = 1 << 18
 
 SHORTENING = 500_000
 """Firings that may be tried to shorten a way."""
+
+MOST_TOKENS = 1_000_000
+"""Tokens of a way, at most, that are followed one by one to find what it needs."""
 
 
 class Scout:
@@ -123,15 +128,29 @@ class Scout:
 
 def short_way(net: CompiledNet, way: Sequence[int]) -> tuple[int, ...]:
     """Return a way that ends with the same transition, without firings that it does not need."""
-    *before, last = way
-    needs, inhibitors = net.pre.row(last), net.inhibitor.row(last)
+    part = UsedPart(net, way)
+    *before, last = part.inside(way)
+    small = part.net
+    if _tokens_of(small, before) <= MOST_TOKENS:
+        # Most firings of a long walk have nothing to do with the last one; trying to remove them takes long.
+        needed = CausalPast(small, [*before, last]).of((), [len(before)])
+        before = [before[position] for position in needed[:-1]]
+    needs, inhibitors = small.pre.row(last), small.inhibitor.row(last)
 
     def is_there(marking: list[int]) -> bool:
         return all(marking[p] >= weight for p, weight in needs) and all(
             marking[p] < weight for p, weight in inhibitors
         )
 
-    return (*shortened(net, before, is_there, SHORTENING), last)
+    return (*part.outside(shortened(small, before, is_there, SHORTENING)), way[-1])
+
+
+def _tokens_of(net: CompiledNet, way: Sequence[int]) -> int:
+    """Return how many tokens the firings of a way take and make."""
+    own = [
+        sum(n for table in (net.pre, net.post) for _, n in table.row(t)) for t in range(len(net.transitions))
+    ]
+    return sum(own[t] for t in way)
 
 
 def short_pumping(net: CompiledNet, pumping: Pumping, wanted: Collection[int]) -> Pumping:

@@ -13,7 +13,7 @@ from dineros.analysis.nets.coverability import Pumping
 from dineros.analysis.nets.shortening import way_before
 from dineros.analysis.witnesses.folding import in_rounds
 from dineros.analysis.witnesses.order import disorder
-from dineros.analysis.witnesses.rounds import repeating_way
+from dineros.analysis.witnesses.rounds import MOST_TRIED, repeating_way
 
 if TYPE_CHECKING:
     from dineros.analysis.symbolic.engine import SymbolicStateSpace
@@ -123,15 +123,16 @@ def witness_to(subject: Subject, trace: Sequence[int]) -> Witness:
     return witness_of(subject, trace if subject.is_timed else in_rounds(subject.net, trace))
 
 
-def witness_of_firing(subject: Subject, trace: Sequence[int]) -> Witness:
+def witness_of_firing(subject: Subject, trace: Sequence[int], most_tried: int = MOST_TRIED) -> Witness:
     """Return a witness that a sequence's last transition can fire, with rounds that repeat where it is long.
 
-    With times it stays as it is: another one may have no schedule.
+    At most so many firings are tried to find rounds. With times the sequence stays as it is: another one may
+    have no schedule.
     """
     if subject.is_timed or not trace:
         return witness_of(subject, trace)
     *way, last = trace
-    return witness_of(subject, [*repeating_way(subject.net, way, [last]), last])
+    return witness_of(subject, [*repeating_way(subject.net, way, [last], most_tried), last])
 
 
 def pumping_witness(subject: Subject, pumping: Pumping) -> Witness:

@@ -53,9 +53,11 @@ def _unordered(subject: Subject) -> dict[int, list[int]]:
     made = {link.target.id for link in links if link.maker is not None and _part(link.role) in _QUEUES}
     colours: dict[str, list[str]] = {}
     for link in links:
+        if link.rule != RULE or link.role != "colour":
+            continue
         id = str(link.target.id)
         queue = next((each for each in made if id.startswith(f"{each}[")), None)
-        if link.rule == RULE and link.role == "colour" and queue is not None:
+        if queue is not None:
             colours.setdefault(queue, []).append(id)
     index = subject.place_index
     return {

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.shortening import shortened
+from dineros.analysis.nets.used_part import UsedPart
 from dineros.analysis.nets.witness import FiringRows, can_fire
 from dineros.analysis.witnesses.folding import in_rounds, lines_of
 
@@ -40,7 +41,9 @@ BEST = 4
 Marking = list[int]
 
 
-def repeating_way(net: CompiledNet, trace: Sequence[int], then: Sequence[int]) -> tuple[int, ...]:
+def repeating_way(
+    net: CompiledNet, trace: Sequence[int], then: Sequence[int], most_tried: int | None = None
+) -> tuple[int, ...]:
     """Return a firing sequence after which other transitions can fire, the shortest to read that is found.
 
     Parameters
@@ -51,16 +54,41 @@ def repeating_way(net: CompiledNet, trace: Sequence[int], then: Sequence[int]) -
         A firing sequence from the initial marking after which they can fire.
     then
         The transitions that can fire after it, in order.
+    most_tried
+        Firings that are tried, at most; by default `MOST_TRIED`.
     """
+    twins = [each for t in then for each in _twins(net, t)]
+    part = UsedPart(net, [*trace, *twins])
+    most = MOST_TRIED if most_tried is None else most_tried
+    return tuple(part.outside(_repeating_way(part.net, part.inside(trace), part.inside(then), most)))
+
+
+def _repeating_way(
+    net: CompiledNet, trace: Sequence[int], then: Sequence[int], most_tried: int
+) -> tuple[int, ...]:
     ordered = in_rounds(net, trace)
     if lines_of(ordered) < LEAST_LINES:
         return ordered
-    search = _Rounds(net, then)
+    search = _Rounds(net, then, most_tried)
     found = [ordered, *search.repeated(tuple(trace))]
     if ordered != tuple(trace):
         found += search.repeated(ordered)
     best = min(found, key=lambda way: (lines_of(way), len(way)))
     return best if can_fire(net, (*best, *then), net.initial.tolist()) else ordered
+
+
+def _twins(net: CompiledNet, transition: int) -> tuple[int, ...]:
+    """Return a transition and those that take and make what it does, and change other places as well.
+
+    So a history that is not full takes a message where a full one loses one.
+    """
+    change = net.delta[transition]
+    taken = {place for place, tokens in change.items() if tokens < 0}
+    if not taken:
+        return (transition,)
+    near = sorted({t for place in taken for t in net.changing[place]})
+    alike = [t for t in near if t != transition and all(net.delta[t].get(p) == n for p, n in change.items())]
+    return (transition, *alike)
 
 
 @dataclass(frozen=True)
@@ -75,11 +103,11 @@ class _Repeated:
 class _Rounds:
     """Looks for runs with a round after which some transitions can fire."""
 
-    def __init__(self, net: CompiledNet, then: Sequence[int]) -> None:
+    def __init__(self, net: CompiledNet, then: Sequence[int], most_tried: int) -> None:
         self._net = net
         self._then = tuple(then)
         self._rows = FiringRows(net)
-        self._left = MOST_TRIED
+        self._left = most_tried
         self._repetitions = 0
 
     def repeated(self, trace: tuple[int, ...]) -> list[tuple[int, ...]]:
@@ -98,7 +126,7 @@ class _Rounds:
         ways = [way for _, _, _, way in best]
         tried_shorter = [tried for _, _, tried, _ in best]
         if len(self._then) > 1:
-            tried_shorter.insert(0, _Repeated(trace, tuple(self._twins(t) for t in self._then), ()))
+            tried_shorter.insert(0, _Repeated(trace, tuple(_twins(self._net, t) for t in self._then), ()))
         for tried in tried_shorter:
             if self._left <= 0:
                 break
@@ -131,22 +159,6 @@ class _Rounds:
                 if changed and len(changed) <= MOST_CHANGED:
                     found[round] = (-gained / len(round), len(changed), end), end
         return [(round, end) for round, (_, end) in sorted(found.items(), key=lambda item: item[1])]
-
-    def _twins(self, transition: int) -> tuple[int, ...]:
-        """Return a transition and those that take and make what it does, and change other places as well.
-
-        So a history that is not full takes a message where a full one loses one.
-        """
-        change = self._net.delta[transition]
-        taken = {place for place, tokens in change.items() if tokens < 0}
-        if not taken:
-            return (transition,)
-        alike = [
-            t
-            for t, other in enumerate(self._net.delta)
-            if t != transition and all(other.get(p) == tokens for p, tokens in change.items())
-        ]
-        return (transition, *alike)
 
     def _way(self, tried: _Repeated) -> tuple[int, ...] | None:
         """Return the run with the round repeated until the transitions can fire, or None."""

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from time import process_time
+
 import pytest
 from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.covering.firings import firings
@@ -128,3 +131,32 @@ def test_a_loop_is_made_shorter_and_still_repeats(net: CompiledNet) -> None:
             assert can_repeat(net, short)
             assert set(short.places) & set(pumping.places)
             assert len(short.suffix) <= len(pumping.suffix)
+
+
+@given(nets(), st.data())
+@settings(max_examples=200, deadline=None)
+def test_a_short_way_fires_the_same_transition(net: CompiledNet, data: st.DataObject) -> None:
+    marking, trace = net.initial.tolist(), []
+    for _ in range(data.draw(st.integers(1, 40))):
+        enabled = [t for t in range(len(net.transitions)) if net.is_enabled(t, marking)]
+        if not enabled:
+            break
+        trace.append(data.draw(st.sampled_from(enabled)))
+        marking = net.fire(trace[-1], marking)
+    if trace:
+        way = short_way(net, trace)
+        assert len(way) <= len(trace)
+        assert way[-1] == trace[-1]
+        replay(net, way)
+
+
+def test_a_short_way_does_not_try_what_is_elsewhere() -> None:
+    # Among 400 places, 20 000 firings have nothing to do with the last one: trying them takes minutes.
+    net = far(rounds=3, others=200)
+    index = {name: t for t, name in enumerate(net.transitions)}
+    others = [index[f"{kind}{k}"] for k in range(200) for kind in ("go", "back")] * 16
+    own = [index[name] for name in ("begin", "end")]
+    trace = [*others, *own, *others, *own, *others, *own, index["home"]]
+    began = process_time()
+    assert short_way(net, trace) == (*own * 3, index["home"])
+    assert process_time() - began < 5
