@@ -156,6 +156,6 @@ class _RefinedPart(GrowingPart):
         last = tuple(last_marking(self.net, self._way))
         if self.sets.contains(self._hopeless, last):
             return None
-        doubtful = (self.transitions[number] for number in self.sets.way_between(last, self._ended))
-        uncertain = next(transition for transition in doubtful if not self.is_certain(transition))
-        return self.whole.takes(uncertain) - self.places
+        ending = (self.transitions[number] for number in self.sets.way_between(last, self._ended))
+        doubtful = (self.whole.takes(t) for t in ending if not self.is_certain(t))
+        return set().union(*doubtful) - self.places

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 from dineros.analysis.nets.compiled import CompiledNet
 
@@ -24,6 +24,19 @@ class FiringRows:
         self.needs = [net.pre.row(t) for t in range(len(net.transitions))]
         self._inhibitors = [net.inhibitor.row(t) for t in range(len(net.transitions))]
         self._changes = [list(change.items()) for change in net.delta]
+
+    def enabled(self, marking: Sequence[int]) -> Iterator[int]:
+        """Yield the transitions that a marking enables."""
+        for transition, needs in enumerate(self.needs):
+            for place, weight in needs:
+                if marking[place] < weight:
+                    break
+            else:
+                for place, weight in self._inhibitors[transition]:
+                    if marking[place] >= weight:
+                        break
+                else:
+                    yield transition
 
     def fire(self, transition: int, marking: list[int]) -> bool:
         """Fire a transition and change the marking, if it is enabled; return whether it is."""

@@ -9,6 +9,7 @@ from dineros.analysis.logic.language.atoms import BoundAtoms, Linear, Step
 from dineros.analysis.logic.language.semantics import holds_on_lasso
 from dineros.analysis.logic.language.syntax import Formula
 from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.nets.witness import FiringRows
 
 Marking = tuple[int, ...]
 
@@ -75,9 +76,11 @@ def fired(net: CompiledNet, marking: Marking, transitions: Sequence[int]) -> tup
 
 def moves(net: CompiledNet, marking: Marking) -> Iterator[tuple[int, Marking]]:
     """Yield the transitions that a marking enables, each with the marking after it."""
-    for transition in range(len(net.transitions)):
-        if net.is_enabled(transition, marking):
-            yield transition, tuple(net.fire(transition, marking))
+    rows = net.once(FiringRows)
+    for transition in rows.enabled(marking):
+        after = list(marking)
+        rows.fire(transition, after)
+        yield transition, tuple(after)
 
 
 def settled(
