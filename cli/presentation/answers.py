@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from shlex import quote
 from typing import TYPE_CHECKING
@@ -104,3 +104,14 @@ def times_fields(times: LeftOutTimes | None, is_universal: bool | None) -> dict[
         return {}
     holds = None if is_universal is None else times.survives(is_universal)
     return {"times": {"left_out": str(times), "transitions": times.count, "holds_with_times": holds}}
+
+
+def say_assumes(assumes: Iterable[str]) -> None:
+    """Print the assumptions of an answer."""
+    for each in assumes:
+        say(f"assumes: {each}")
+
+
+def assumes_field(assumes: Sequence[str]) -> dict[str, object]:
+    """Return the assumptions of an answer for JSON, if there are any."""
+    return {"assumes": list(assumes)} if assumes else {}

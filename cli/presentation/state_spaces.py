@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from dineros.cli.analysing import say_witness
 from dineros.cli.console import say, say_json, shown_figure
-from dineros.cli.presentation.answers import say_times, times_fields
+from dineros.cli.presentation.answers import assumes_field, say_assumes, say_times, times_fields
 from dineros.cli.presentation.evidence import say_confirmation
 
 if TYPE_CHECKING:
@@ -48,11 +48,11 @@ def say_state_space(
     as_json : bool
         Whether to print JSON.
     """
+    from dineros.analysis.model.assumptions import of_source
     from dineros.analysis.model.times import left_out_times
     from dineros.analysis.witnesses.findings import pumping_witness
 
-    times = left_out_times(subject.model)
-
+    times, assumes = left_out_times(subject.model), of_source(subject.model)
     figures = {**asked, **space.to_dict()}
     if asked["reduced"]:
         figures["reduced_states"] = space.reduced_states
@@ -69,7 +69,7 @@ def say_state_space(
         if pumping is not None:
             more["pumping"] = pumping.to_dict()
         more |= times_fields(times, False)
-        say_json({**figures, **more, **({"rest": rest} if rest else {})})
+        say_json({**figures, **more, **({"rest": rest} if rest else {}), **assumes_field(assumes)})
     else:
         for name, value in figures.items():
             if value not in (None, ""):
@@ -84,5 +84,6 @@ def say_state_space(
                 say(f"  {name.replace('_', ' '):21} {shown_figure(name, value)}")
         if times is not None:
             say_times(times, times.of_counts)
+        say_assumes(assumes)
     if confirmation is not None:
         say_confirmation(confirmation, as_json)

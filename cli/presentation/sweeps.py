@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from dineros.cli.console import say, say_json, summarise
-from dineros.cli.presentation.answers import say_times, times_fields
+from dineros.cli.presentation.answers import assumes_field, say_assumes, say_times, times_fields
 from dineros.metamodel.errors import counted
 
 if TYPE_CHECKING:
@@ -50,9 +50,10 @@ def say_sweep(
     outcome: Outcome, net: pn.Net, model: Path, output: Path, figures: Path | None, as_json: bool
 ) -> None:
     """Print the counts, and the written files."""
+    from dineros.analysis.model.assumptions import of_source
     from dineros.analysis.model.times import left_out_times
 
-    times = left_out_times(net)
+    times, assumes = left_out_times(net), of_source(net)
     if as_json:
         say_json(
             {
@@ -63,6 +64,7 @@ def say_sweep(
                 "resumed": outcome.resumed,
                 "unknown": outcome.unknown,
                 **times_fields(times, False),
+                **assumes_field(assumes),
             }
         )
         return
@@ -70,6 +72,7 @@ def say_sweep(
     unknown = f"; {outcome.unknown} unknown" if outcome.unknown else ""
     if times is not None:
         say_times(times, times.of_counts)
+    say_assumes(assumes)
     written = f"{output}, {figures}" if figures is not None else f"{output}"
     summarise(f"{model} -> {written}: {counted(len(outcome.rows), 'point')}{resumed}{unknown}")
 

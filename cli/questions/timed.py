@@ -13,6 +13,7 @@ from dineros.cli.analysing import HOLDS, UNKNOWN, load_valid
 from dineros.cli.console import say, say_json, shown_figure
 from dineros.cli.models import rules_of
 from dineros.cli.options import Adds
+from dineros.cli.presentation.answers import assumes_field, say_assumes
 from dineros.cli.searching import search
 
 if TYPE_CHECKING:
@@ -73,6 +74,7 @@ class TimedCount:
 
 def count_with_time(asked: TimedCount) -> int:
     """Count a timed state space and print it; return the exit status."""
+    from dineros.analysis.model.assumptions import of_source
     from dineros.analysis.timed.state_space import unfinished_timed
 
     run = search()
@@ -89,14 +91,17 @@ def count_with_time(asked: TimedCount) -> int:
     }
     confirmed: dict[str, object] = {}
 
+    assumes = of_source(subject.model)
+
     def tell(space: TimedStateSpace) -> int:
         figures = {**about, **space.to_dict(), **confirmed}
         if asked.as_json:
-            say_json(figures)
+            say_json({**figures, **assumes_field(assumes)})
         else:
             for name, value in figures.items():
                 if value not in (None, ""):
                     say(f"{name.replace('_', ' '):22} {shown_figure(name, value)}")
+            say_assumes(assumes)
         return HOLDS if space.complete else UNKNOWN
 
     def so_far(ending: str) -> int:

@@ -242,7 +242,14 @@ def test_a_saved_model_of_code_keeps_what_it_lacks(
     assert [saved[key] for key in ("proved", "assumed", "assumes")] == [
         of_code[key] for key in ("proved", "assumed", "assumes")
     ]
-    for command in (["verify", file, "--ctl", "AG (true)"], ["find", file, "--marking", "deadlock"]):
+    table = ["--vary", "talker.threads=1", "-o", "table.csv"]
+    for command in (
+        ["verify", file, "--ctl", "AG (true)"],
+        ["find", file, "--marking", "deadlock"],
+        ["statespace", file],
+        ["statespace", file, "--time"],
+        ["sweep", file, *table],
+    ):
         said = CliRunner().invoke(main, command).stdout.splitlines()
         assert [line for line in said if line.startswith("assumes: ")] == [f"assumes: {saved['assumes'][0]}"]
 
