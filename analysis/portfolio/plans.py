@@ -11,6 +11,7 @@ from dineros.analysis.portfolio.methods.directed_search import DirectedSearch
 from dineros.analysis.portfolio.methods.explicit_search import QUICK, ExplicitSearch
 from dineros.analysis.portfolio.methods.induction import Clauses, Induction
 from dineros.analysis.portfolio.methods.limits import NetWithLimits
+from dineros.analysis.portfolio.methods.parts import PartsOfNet
 from dineros.analysis.portfolio.methods.reduced_net import ReducedNet
 from dineros.analysis.portfolio.methods.state_equation import StateEquationAndTraps
 from dineros.analysis.portfolio.methods.walks import Walks
@@ -36,6 +37,10 @@ def _takes_any_way(question: Question, so_far: SoFar) -> bool:
 
 def _has_no_way(question: Question, so_far: SoFar) -> bool:
     return isinstance(question, Reach) and question.is_shortest and so_far.way is None
+
+
+def _knows_no_way(question: Question, so_far: SoFar) -> bool:
+    return so_far.way is None
 
 
 def _has_long_way(question: Question, so_far: SoFar) -> bool:
@@ -67,6 +72,7 @@ FIND: Plan = (
     *NEAR,
     Turn(StateEquationAndTraps(), time=0.1, most_seconds=2.0),
     Turn(Walks()),
+    Turn(PartsOfNet(), _knows_no_way, time=0.2, most_seconds=5.0),
     Turn(ExplicitSearch(), _has_no_way, most_bytes=QUICK, most_states=NEAR_IF_SHORTEST),
     Turn(ExplicitSearch(), _has_long_way, time=0.3, most_seconds=20.0, most_bytes=QUICK),
     Turn(NetWithLimits(FIRST_WORK), wants_any_way, time=0.6),
