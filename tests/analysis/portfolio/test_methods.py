@@ -21,6 +21,7 @@ from dineros.analysis.portfolio.methods.diagrams import DecisionDiagrams
 from dineros.analysis.portfolio.methods.explicit_search import ExplicitSearch
 from dineros.analysis.portfolio.methods.induction import Clauses, Induction
 from dineros.analysis.portfolio.methods.limits import NetWithLimits
+from dineros.analysis.portfolio.methods.parts import PartsOfNet
 from dineros.analysis.portfolio.methods.reduced_net import ReducedNet
 from dineros.analysis.portfolio.methods.state_equation import StateEquationAndTraps
 from dineros.analysis.portfolio.methods.walks import Walks
@@ -37,6 +38,7 @@ LEAST = {
     ExplicitSearch: 90,
     Induction: 20,
     NetWithLimits: 0,
+    PartsOfNet: 20,
     ReducedNet: 60,
     StateEquationAndTraps: 10,
     Walks: 20,
