@@ -11,14 +11,14 @@ from math import inf
 
 import numpy as np
 
-from dineros.analysis.nets.causal_past import CausalPast
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.coverability import Pumping, can_repeat
 from dineros.analysis.nets.shortening import shortened
-from dineros.analysis.nets.used_part import UsedPart
 from dineros.analysis.nets.witness import replay
 from dineros.analysis.walks.arrays import Int64Array, NetArrays
+from dineros.analysis.walks.causal_past import CausalPast
 from dineros.analysis.walks.kernels.walks import DEADLOCK, GREW, scout
+from dineros.analysis.walks.used_part import UsedPart
 
 SHORTEST_WALK, LONGEST_WALK = 1 << 6, 1 << 15
 """Firings of a walk before another one begins: short ones at first, longer ones later, and again."""

@@ -8,7 +8,7 @@
 * The **first cause** is, where the outcome rests on one marking, the earliest of these firings; where it
   rests on several, as when something never comes, the firing that made the first of these markings.
 * Its **causes** are the firings in the causal past of the literals and of the first cause
-  (`dineros.analysis.nets.causal_past`).
+  (`dineros.analysis.walks.causal_past`).
 
 This does not mean that the outcome is unavoidable from there: other runs may avoid it.
 """
@@ -40,8 +40,8 @@ from dineros.analysis.logic.language.syntax import (
     Not,
 )
 from dineros.analysis.model.subject import Subject
-from dineros.analysis.nets.causal_past import CausalPast, TokenNeed
 from dineros.analysis.nets.witness import replay
+from dineros.analysis.walks.causal_past import CausalPast, TokenNeed
 from dineros.analysis.witnesses.findings import Witness
 from dineros.analysis.witnesses.token_levels import TokenLevels
 

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.shortening import shortened
-from dineros.analysis.nets.used_part import UsedPart
 from dineros.analysis.nets.witness import FiringRows, can_fire
+from dineros.analysis.walks.used_part import UsedPart
 from dineros.analysis.witnesses.folding import in_rounds, lines_of
 
 LEAST_LINES = 30

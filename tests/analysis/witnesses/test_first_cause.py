@@ -16,7 +16,7 @@ from dineros.analysis.model.subject import Subject, subject_of
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.witness import replay
 from dineros.analysis.portfolio.asking import find_firing
-from dineros.analysis.nets.causal_past import CausalPast, TokenNeed
+from dineros.analysis.walks.causal_past import CausalPast, TokenNeed
 from dineros.analysis.witnesses.findings import Witness, witness_of
 from dineros.analysis.witnesses.first_cause import Cause, blocked_cause, first_cause
 from dineros.analysis.witnesses.records import witness_records

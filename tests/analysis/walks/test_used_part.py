@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.nets.used_part import UsedPart
 from dineros.analysis.nets.witness import can_fire, replay
+from dineros.analysis.walks.used_part import UsedPart
 from tests.analysis.strategies import nets
 
 
