@@ -74,7 +74,7 @@ def searched(
     asked = [each for each in waiting.callbacks.values() if pages is None or each.waiter.element in pages]
     for number, callback in enumerate(asked):
         # What one callback does not use of its share is for the others.
-        ending = endings.of(callback.places, budget.share(min(1.0, 3 / (len(asked) - number))))
+        ending = endings.of(callback.places, budget.share(min(1.0, 10 / (len(asked) - number))))
         if ending.status == "unknown":
             left.append(callback)
         elif ending.status == "waits":
