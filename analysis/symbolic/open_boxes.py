@@ -1,10 +1,11 @@
 """Automaton of the boxes that may still contain a vector, level by level from the top, built on demand.
 
 A *box* is a product of sets of local states. On the way down a diagram, each local state closes the boxes
-that do not allow it. The result below a node then depends only on the node and on the set of boxes that are
-still open. Few such sets occur at a level if each box touches few levels, as guards do. Therefore all boxes
-are removed from a set in one walk (`diagram_kernels.exclude`); removing them one after the other would walk
-the upper levels once for each box.
+that do not allow it. The result below a node then depends only on the node and on what the boxes that are
+still open ask for below: their *conditions*. Boxes that ask for the same have the same condition, such as
+those of many clients that wait for one server to be free. Few sets of conditions occur at a level if each box
+touches few levels, as guards do. Therefore all boxes are removed from a set in one walk
+(`diagram_kernels.exclude`); removing them one after the other would walk the upper levels once for each box.
 """
 
 from __future__ import annotations
@@ -55,20 +56,28 @@ class OpenBoxes:
         self.following: Int32Array = np.zeros(FIRST_ROOM, dtype=np.int32)
         self._used = 0
         positions = [sorted(int(diagram.position[level]) for level in box) for box in boxes]
-        #: By level: boxes that begin and end there, boxes that touch it, and the allowing boxes by class.
+        #: By level: the conditions that begin there, those that end there, those that touch it, and by class
+        #: the touching ones that allow it, each with what is left of it below.
         self._begin: list[list[int]] = [[] for _ in range(top + 1)]
-        self._end: list[list[int]] = [[] for _ in range(top + 1)]
-        self._touch: list[frozenset[int]] = [frozenset()] * (top + 1)
-        self._allow: list[list[frozenset[int]]] = [[frozenset()] for _ in range(top + 1)]
-        touching: dict[int, list[int]] = {}
-        for number, touched in enumerate(positions):
-            self._begin[touched[-1]].append(number)
-            self._end[touched[0]].append(number)
+        self._end: list[set[int]] = [set() for _ in range(top + 1)]
+        self._allow: list[list[dict[int, int]]] = [[{}] for _ in range(top + 1)]
+        touching: list[dict[int, tuple[bool, ...]]] = [{} for _ in range(top + 1)]
+        below: dict[int, int] = {}
+        known: dict[tuple[int, int, tuple[bool, ...]], int] = {}
+        for box, touched in zip(boxes, positions, strict=True):
+            condition = 0
             for level in touched:
-                touching.setdefault(level, []).append(number)
-        for level, numbers in touching.items():
-            self._touch[level] = frozenset(numbers)
-            self._allow[level] = self._classes(diagram, level, [(n, boxes[n]) for n in numbers])
+                mask = tuple(box[diagram.order[level - 1]])
+                above = known.setdefault((condition, level, mask), len(known) + 1)
+                touching[level][above], below[above] = mask, condition
+                if not condition:
+                    self._end[level].add(above)
+                condition = above
+            self._begin[touched[-1]].append(condition)
+        for level, masks in enumerate(touching):
+            if masks:
+                self._allow[level] = self._classes(diagram, level, masks, below)
+        self._touch = [frozenset(masks) for masks in touching]
         self._lowest_top = min((touched[-1] for touched in positions), default=top + 1)
         self._number: dict[tuple[int, frozenset[int]], int] = {}
         self._sets: list[tuple[int, frozenset[int]]] = []
@@ -85,8 +94,9 @@ class OpenBoxes:
         untouched = begun - self._touch[level]
         entries = []
         for allowed in self._allow[level]:
-            left = untouched | (begun & allowed)
-            if not left.isdisjoint(self._end[level]):
+            met = begun & allowed.keys()
+            left = untouched.union(allowed[condition] for condition in met)
+            if not met.isdisjoint(self._end[level]):
                 entries.append(HELD)
             elif not left and level <= self._lowest_top:
                 entries.append(NONE_LEFT)
@@ -109,14 +119,11 @@ class OpenBoxes:
         return number
 
     def _classes(
-        self, diagram: Diagram, level: int, boxes: Sequence[tuple[int, Masks]]
-    ) -> list[frozenset[int]]:
-        """Number the local states of a level by the boxes that allow them; return these boxes by class."""
-        encoding_level = diagram.order[level - 1]
+        self, diagram: Diagram, level: int, masks: Mapping[int, tuple[bool, ...]], below: Mapping[int, int]
+    ) -> list[dict[int, int]]:
+        """Number the local states of a level by the conditions that allow them; return these by class."""
         numbers: dict[tuple[bool, ...], int] = {}
-        columns = zip(*(box[encoding_level] for _, box in boxes), strict=True)
-        classes = [numbers.setdefault(column, len(numbers)) for column in columns]
+        classes = [numbers.setdefault(column, len(numbers)) for column in zip(*masks.values(), strict=True)]
         start = int(diagram.base[level])
         self.state_class[start : start + len(classes)] = classes
-        names = [number for number, _ in boxes]
-        return [frozenset(compress(names, column)) for column in numbers]
+        return [{condition: below[condition] for condition in compress(masks, column)} for column in numbers]

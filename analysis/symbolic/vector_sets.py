@@ -27,6 +27,8 @@ from dineros.analysis.symbolic.saturation import FIRST_CLOSED_KEY, Diagram, Diag
 
 #: Most seconds between two calls of a callback, unless a single operation takes longer.
 SECONDS_UNTOLD = 0.1
+#: Sets of open boxes that one walk may meet.
+MOST_SETS = 5_000
 
 #: By diagram: numbers of the transition sets that steps were restricted to, used as keys in its cache.
 _RESTRICTIONS: WeakKeyDictionary[Diagram, dict[frozenset[int], int]] = WeakKeyDictionary()
@@ -177,11 +179,16 @@ class VectorSets:
         return left
 
     def _without(self, states: int, boxes: Sequence[Masks], kept: int) -> int:
-        """Return a set, which is not empty, without boxes, all removed in one walk; another set is kept."""
+        """Return a set, which is not empty, without boxes, all removed in one walk; another set is kept.
+
+        If boxes are open in too many combinations, each half of them is removed in a walk of its own. Most
+        such combinations exist only because a walk does not see which boxes are empty below a node: if many
+        clients wait and a server works for one of them, only the boxes of that client matter.
+        """
         diagram = self.diagram
         boxes_left = OpenBoxes(diagram, boxes)
         try:
-            while True:
+            while len(boxes_left) <= MOST_SETS or len(boxes) == 1:
                 self._tell()
                 result = int(
                     store.exclude(
@@ -199,6 +206,9 @@ class VectorSets:
                     diagram.make_room([states, kept])
         finally:
             diagram.sets_of_boxes += len(boxes_left)
+        half = len(boxes) // 2
+        left = self._without(states, boxes[:half], kept)
+        return self._without(left, boxes[half:], kept) if left else 0
 
     def single(self, vector: Sequence[int]) -> int:
         """Return the set of one vector, given by its local states in the order of the encoding's levels."""

@@ -7,6 +7,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dineros.analysis.answers.budget import Budget
+from dineros.analysis.explicit import explore
+from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.symbolic import vector_sets
 from dineros.analysis.symbolic.counting import DiagramCounts
 from dineros.analysis.symbolic.engine import SymbolicStateSpace, symbolic_state_space
 from dineros.analysis.symbolic.kernels.diagrams import POOL_LIMIT, POOL_TOP
@@ -43,8 +46,12 @@ def boxes_of(draw: st.DrawFn, space: SymbolicStateSpace) -> Boxes:
 
 
 @pytest.mark.long
+@pytest.mark.parametrize("most", [1, 5, vector_sets.MOST_SETS])
 @pytest.mark.parametrize("number", range(len(NETS)))
-def test_all_at_once_leaves_what_one_by_one_leaves(number: int) -> None:
+def test_all_at_once_leaves_what_one_by_one_leaves(
+    number: int, most: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(vector_sets, "MOST_SETS", most)
     space = symbolic_state_space(NETS[number])
 
     @given(boxes_of(space))
@@ -62,6 +69,28 @@ def test_no_box_and_a_box_that_holds_everything() -> None:
     assert space.sets.without_boxes(root, []) == root
     assert space.sets.without_boxes(root, [{}]) == 0
     assert space.sets.without_boxes(0, [{}]) == 0
+
+
+def clients_of_one_server(count: int) -> CompiledNet:
+    """Clients that ask a server, which works for one at a time and may break while it works for the first."""
+    places, transitions = {"idle": 1}, []
+    for n in range(count):
+        places |= {f"rests{n}": 1, f"asks{n}": 0, f"works{n}": 0}
+        transitions += [
+            (f"ask{n}", {f"rests{n}": 1}, {f"asks{n}": 1}),
+            (f"take{n}", {f"asks{n}": 1, "idle": 1}, {f"works{n}": 1}),
+            (f"answer{n}", {f"works{n}": 1}, {f"rests{n}": 1, "idle": 1}),
+        ]
+    return CompiledNet.build(places, [*transitions, ("break", {"works0": 1}, {"asks0": 1})])
+
+
+def test_deadlocks_of_many_clients_of_one_server_are_counted() -> None:
+    for count in (1, 2, 5):
+        net = clients_of_one_server(count)
+        assert symbolic_state_space(net).deadlocks() == explore(net).deadlocks == 1
+    space = symbolic_state_space(clients_of_one_server(40))
+    assert space.deadlocks() == 1
+    assert space.diagram.sets_of_boxes < 100_000
 
 
 @pytest.mark.long
