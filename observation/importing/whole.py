@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from reprlib import Repr
 from typing import Any
 
 from dineros.metamodel.errors import listed
@@ -21,6 +22,10 @@ from dineros.observation.systems import (
     is_name,
     name_of,
 )
+
+_SHORT = Repr()
+_SHORT.maxstring = 200
+"""Longest name in a message: names of ROS 2 have at most 255 characters."""
 
 _KINDS = {
     "publishers": "msg",
@@ -118,10 +123,15 @@ def _joined(nodes: Iterable[ObservedNode]) -> list[ObservedNode]:
     return list(found.values())
 
 
+def _shortened(name: str) -> str:
+    """Return a name from outside in quotes, without its middle if it is long."""
+    return _SHORT.repr(name)
+
+
 def _is_kept(node: ObservedNode, left_out: list[str]) -> bool:
     if is_name(node.name):
         return True
-    left_out.append(f"node {node.name!r}: not a name that ROS 2 allows")
+    left_out.append(f"node {_shortened(node.name)}: not a name that ROS 2 allows")
     return False
 
 
@@ -138,8 +148,8 @@ def _named(node: ObservedNode, left_out: list[str]) -> ObservedNode:
         for each in ports:
             if each not in fit:
                 left_out.append(
-                    f"{_WORDS[role]} {name_of(each)!r} of {node.name}, of the type {each.type!r}: not a name "
-                    "and type that ROS 2 allows"
+                    f"{_WORDS[role]} {_shortened(name_of(each))} of {node.name}, of the type "
+                    f"{_shortened(each.type)}: not a name and type that ROS 2 allows"
                 )
         changed[role] = tuple(sorted(fit, key=lambda each: (name_of(each), each.type)))
     return replace(node, **changed)

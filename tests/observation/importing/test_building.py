@@ -288,12 +288,12 @@ def test_what_a_model_cannot_hold_is_left_out_in_a_line_each() -> None:
             "/a", publishers=(port("/x"), port("no name"), port("/z", "??")), servers=(trigger("/s"),)
         ),
         ObservedNode("/b", subscribers=(port("/x", "std_msgs/msg/Int32"),), servers=(trigger("/s"),)),
-        ObservedNode("not a name"),
+        ObservedNode("not a name" + " and more" * 1000),
     )
     imported = to_model(ObservedSystem("nowhere", nodes))
     assert errors(imported.model) == []
     assert len(imported.left_out) == 5
-    assert all("\n" not in line for line in imported.left_out)
+    assert all("\n" not in line and len(line) < 300 for line in imported.left_out)
 
 
 def test_a_service_that_nobody_serves_never_answers() -> None:
