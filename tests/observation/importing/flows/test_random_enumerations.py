@@ -66,6 +66,8 @@ class Giver(Server):
 class Asker(Client):
     """Writes the callback of a client that compares a field with constants."""
 
+    has_matches = True
+
     def test(self, depth: int = 2) -> str:
         found = super().test(depth)
         while ".success" in found:
@@ -77,7 +79,7 @@ class Asker(Client):
 
     def statement(self, space: str, indent: int, depth: int) -> list[str]:
         names = ["response"] if not self._calls else self._names
-        if depth and names and self._random.random() < 0.2:
+        if self.has_matches and depth and names and self._random.random() < 0.2:
             lines = [f"{space}match {self._random.choice(names)}.state:"]
             for _ in range(self._random.randint(1, 2)):
                 one, two = self._random.choice(WRITTEN), self._random.choice(WRITTEN)
