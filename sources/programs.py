@@ -10,17 +10,14 @@ from dataclasses import dataclass, field
 from pathlib import PurePosixPath
 from typing import Any
 
-from dineros.sources.branches import fields_of_effects, variables_set
+from dineros.sources.callbacks import assign_callbacks, read_callbacks
 from dineros.sources.facts import CallbackFact, Facts, NodeFact
 from dineros.sources.folders import SourceFolder
 from dineros.sources.language.calls import Interpreter
-from dineros.sources.language.fields.messages import answered
-from dineros.sources.language.fields.responses import leave_open
-from dineros.sources.language.machine import EVENT, MOST_STEPS_OF_EVENTS, Activity, TooLong
+from dineros.sources.language.machine import Activity, TooLong
 from dineros.sources.language.modules import Module, Modules
-from dineros.sources.language.values import Bound, Callback, Class, Frame, Function
+from dineros.sources.language.values import Class, Frame, Function
 from dineros.sources.left_out import lines
-from dineros.sources.libraries.certain import find_variables
 from dineros.sources.libraries.idioms import Idiom
 from dineros.sources.libraries.left_out import calls_of
 from dineros.sources.libraries.library import RosLibrary
@@ -248,7 +245,7 @@ def _run(program: Program, modules: Modules, reading: Reading) -> tuple[list[Nod
                 machine.call(function, [], {}, function.node, frame)
             elif program.function is None:
                 _place_main(main, machine, frame, module)
-        _callbacks(machine, reading.folder)
+        read_callbacks(machine, reading.folder)
     except (TooLong, RecursionError):
         reading.folder.unread.append(
             f"{program.path}: the program {words} is too large to be read completely"
@@ -257,7 +254,7 @@ def _run(program: Program, modules: Modules, reading: Reading) -> tuple[list[Nod
         for node in machine.nodes:
             for callback in node.callbacks:
                 callback.is_open = True
-    _finish(machine, activity)
+    assign_callbacks(machine, activity)
     return machine.nodes, {(node.at.file, node.at.line) for node in machine.nodes}
 
 
@@ -290,7 +287,7 @@ def _run_class(
             cls = machine.variable(name, frame)
             if isinstance(cls, Class):
                 machine.call(cls, [], {}, cls.node, frame)
-        _callbacks(machine, reading.folder)
+        read_callbacks(machine, reading.folder)
     except (TooLong, RecursionError):
         machine.attributes.is_wild = True
         reading.folder.unread.append(f"{path}: the class {name} is too large to be read completely")
@@ -298,126 +295,8 @@ def _run_class(
         node.executor = node.executor or "open: no program creates it"
         if node.threads == "not spun":
             node.threads = "open"
-    _finish(machine, activity)
+    assign_callbacks(machine, activity)
     return machine.nodes, set()
-
-
-def _callbacks(machine: Interpreter, folder: SourceFolder) -> None:
-    """Read all callbacks twice: the first pass finds the values that they assign to attributes.
-
-    Events are read once, before the second pass: they are many in programs with windows.
-    """
-    for is_final in (False, True):
-        machine.is_final = is_final
-        done: set[int] = set()
-        while True:
-            if is_final:
-                _events(machine, done, folder)
-            todo = [
-                each for each in machine.callbacks.values() if id(each) not in done and not _is_event(each)
-            ]
-            if not todo:
-                break
-            for callback in todo:
-                done.add(id(callback))
-                _read(machine, callback)
-
-
-def _events(machine: Interpreter, done: set[int], folder: SourceFolder) -> None:
-    """Read the functions that unknown code receives, as long as the steps for them suffice."""
-    before, most = machine.steps, machine.most_steps
-    machine.most_steps = before + MOST_STEPS_OF_EVENTS
-    try:
-        while todo := [
-            each for each in machine.callbacks.values() if _is_event(each) and id(each) not in done
-        ]:
-            for callback in todo:
-                done.add(id(callback))
-                _read(machine, callback)
-    except (TooLong, RecursionError):
-        done |= {id(each) for each in machine.callbacks.values() if _is_event(each)}
-        folder.unread.append(
-            f"{machine.home}: the functions that libraries receive are too large to be read completely"
-        )
-    machine.most_steps = most + machine.steps - before
-
-
-def _is_event(callback: Callback) -> bool:
-    return callback.fact.kind == EVENT
-
-
-def _read(machine: Interpreter, callback: Callback) -> None:
-    machine.run += 1
-    machine.reading = callback
-    fact = callback.fact
-    fact.effects = []
-    node: ast.AST = getattr(_target(callback.function), "node", None) or ast.Pass(
-        lineno=fact.at.line, col_offset=0
-    )
-    activity = Activity(fact, callback.node)
-    machine.trail = [("callback", id(callback.first().fact))]
-    machine.calls = []
-    frame = getattr(_target(callback.function), "frame", None)
-    if frame is None:
-        return
-    with machine.doing(activity):
-        found = machine.call(callback.function, list(callback.args), {}, node, frame)
-        del found
-    fact.body = activity.block
-    if not activity.is_lost:
-        for effect, fields in fields_of_effects(activity.block).items():
-            effect.given = fields
-    fact.answers = _answers(callback)
-    if fact.kind == "service":
-        leave_open(node, fact.body or [])
-    if activity.is_lost:
-        fact.body = None
-        machine.attributes.names |= {each.name for each in variables_set(activity.block)}
-
-
-def _answers(callback: Callback) -> dict[str, bool]:
-    """Return the fields of a service's response that are certain, if one function makes each response."""
-    function, count = callback.function, 2
-    if isinstance(function, Bound):
-        function, count = function.function, 3
-    if callback.fact.kind != "service" or not isinstance(function, Function):
-        return {}
-    wanted = function.node.args
-    has_more = wanted.posonlyargs or wanted.vararg or wanted.kwonlyargs or wanted.kwarg
-    return {} if has_more or len(wanted.args) != count else answered(function.node)
-
-
-def _target(function: object) -> object:
-    while hasattr(function, "function"):
-        function = function.function
-    if hasattr(function, "options"):
-        return next((_target(each) for each in function.options if hasattr(_target(each), "node")), function)
-    return function
-
-
-def _finish(machine: Interpreter, activity: Activity) -> None:
-    """Assign callbacks without a node to the nodes whose ports they use, or to the first node."""
-    find_variables(machine, activity.block)
-    for key, callback in list(machine.callbacks.items()):
-        if callback.fact.kind == EVENT and not callback.fact.effects:
-            del machine.callbacks[key]
-            if callback.node is not None:
-                callback.node.callbacks.remove(callback.fact)
-    main = activity.fact
-    loose = [callback.fact for callback in machine.callbacks.values() if callback.node is None]
-    if machine.nodes:
-        for fact in ([main] if main.effects else []) + loose:
-            used = [
-                node for node in machine.nodes if any(each.entity in node.entities for each in fact.effects)
-            ]
-            for node in used or machine.nodes[:1]:
-                if fact not in node.callbacks:
-                    node.callbacks.append(fact)
-    for node in machine.nodes:
-        for entity in node.entities:
-            for role, fact in entity.callbacks.items():
-                if fact.is_open and not fact.effects and role == "callback":
-                    entity.details.setdefault("open", "the callback is not in the folder")
 
 
 def _add(facts: Facts, nodes: list[NodeFact], known: dict[tuple[str, str], list[NodeFact]]) -> None:

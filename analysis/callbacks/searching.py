@@ -18,6 +18,9 @@ from dineros.analysis.callbacks.waiting import Callback, Waiting
 from dineros.analysis.callbacks.walking import Walks
 from dineros.analysis.nets.compiled import CompiledNet
 
+SHARES = 10
+"""A callback gets so many equal shares of the time that is left: most need far less than one."""
+
 CLOSED = 4
 """Runs from where a callback never ends: another may close another circle."""
 
@@ -73,8 +76,8 @@ def searched(
     endings = Endings(net)
     asked = [each for each in waiting.callbacks.values() if pages is None or each.waiter.element in pages]
     for number, callback in enumerate(asked):
-        # What one callback does not use of its share is for the others.
-        ending = endings.of(callback.places, budget.share(min(1.0, 10 / (len(asked) - number))))
+        # The part of its share that one callback does not use is left to the others.
+        ending = endings.of(callback.places, budget.share(min(1.0, SHARES / (len(asked) - number))))
         if ending.status == "unknown":
             left.append(callback)
         elif ending.status == "waits":

@@ -139,7 +139,7 @@ def blocked_cause(witness: Witness, transition: str) -> Cause | None:
     Returns
     -------
     Cause or None
-        None if the transition is enabled, is not known, or there is no firing.
+        None if the transition is enabled or unknown, or if nothing has fired.
     """
     subject = witness.subject
     assert subject is not None, "witness_of() made it"

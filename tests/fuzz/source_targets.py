@@ -197,20 +197,20 @@ class Damaged(NamedTuple):
 
 
 def _launched(name: str) -> tuple[str, ...]:
-    return ("--launch", f"OUT/work/launch/{name}")
+    return ("--launch", f"OUT/robot/launch/{name}")
 
 
 SOURCES = {
-    "Python source": Damaged("work/robot.py", PYTHON),
-    "C++ source": Damaged("work/robot.cpp", CPP),
-    "build file": Damaged("work/CMakeLists.txt", [CMAKE]),
-    "launch file": Damaged("work/launch/a.launch.py", LAUNCH, options=_launched("a.launch.py")),
+    "Python source": Damaged("robot/robot.py", PYTHON),
+    "C++ source": Damaged("robot/robot.cpp", CPP),
+    "build file": Damaged("robot/CMakeLists.txt", [CMAKE]),
+    "launch file": Damaged("robot/launch/a.launch.py", LAUNCH, options=_launched("a.launch.py")),
     "launch XML": Damaged(
-        "work/launch/a.launch.xml", LAUNCH_XML, mutators.mutate_xml, _launched("a.launch.xml")
+        "robot/launch/a.launch.xml", LAUNCH_XML, mutators.mutate_xml, _launched("a.launch.xml")
     ),
-    "launch YAML": Damaged("work/launch/a.launch.yaml", LAUNCH_YAML, options=_launched("a.launch.yaml")),
-    "parameter file": Damaged("work/config/arm.yaml", PARAMETERS, options=_launched("robot.launch.xml")),
-    "interface": Damaged("work/action/Move.action", INTERFACES),
+    "launch YAML": Damaged("robot/launch/a.launch.yaml", LAUNCH_YAML, options=_launched("a.launch.yaml")),
+    "parameter file": Damaged("robot/config/arm.yaml", PARAMETERS, options=_launched("robot.launch.xml")),
+    "interface": Damaged("robot/action/Move.action", INTERFACES),
     "idioms": Damaged("ours.toml", IDIOMS, options=("--idioms", "OUT/ours.toml")),
 }
 """Kinds of files, by name."""
@@ -218,7 +218,7 @@ SOURCES = {
 
 def source(damaged: Damaged, folder: Path, ending: ExitStack) -> tuple[Sequence[bytes], Attempt]:
     """Import a folder of code in which one file is damaged; a model that is written must be valid."""
-    work, out = folder / "work", folder / "out.sym.xmi"
+    work, out = folder / "robot", folder / "out.sym.xmi"
     for name in ("launch", "config", "action"):
         (work / name).mkdir(parents=True)
     files = {"robot.py": PYTHON[0], "robot.cpp": CPP[0], "CMakeLists.txt": CMAKE}

@@ -156,7 +156,7 @@ FOLDERS = {
             "launch",
             "cpp",
         ),
-        *("ros_imports", "programs", "reading"),
+        *("ros_imports", "callbacks", "programs", "reading"),
     ],
     "sources/launch": [
         *("yaml_text", "parameters", "substitutions", "description", "containers", "markup"),

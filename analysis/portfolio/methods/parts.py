@@ -45,7 +45,7 @@ class PartsOfNet(Method):
 
 
 def _ranges(net: CompiledNet, goal: Goal) -> Iterable[dict[int, tuple[int, int | None]] | None]:
-    """Yield ranges of tokens of which a goal needs one; None: it is no such goal."""
+    """Yield the ranges of tokens that fulfil a goal; None if the goal compares anything else."""
     if goal.is_deadlock:
         yield None
         return

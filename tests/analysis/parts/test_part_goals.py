@@ -91,7 +91,7 @@ def test_answers_about_machines_are_right_and_there(net: CompiledNet, data: st.D
 
 
 def many_machines(count: int) -> CompiledNet:
-    """Independent machines of three steps; the last step of the first one needs what nobody gives."""
+    """Independent machines of three steps; the first one lacks a token for its last step."""
     places = {f"m{k}.{n}": int(n == 0) for k in range(count) for n in range(3)} | {"gate": 0, "key": 1}
     rows = [
         Transition(f"m{k}.go{n}", {f"m{k}.{n}": 1}, {f"m{k}.{(n + 1) % 3}": 1})

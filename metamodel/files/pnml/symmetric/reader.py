@@ -190,7 +190,7 @@ class _SymmetricReader:
         return structure
 
     def _structure(self, xml: etree._Element, name: str) -> etree._Element | None:
-        """Return the term of a label; None if there is no label."""
+        """Return the term of a label; None if the element does not have this label."""
         label = only(xml, name, self._source)
         if label is None:
             return None
