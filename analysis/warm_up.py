@@ -2,7 +2,7 @@
 
 A kernel is compiled when it is first called. Each part answers questions about small nets, which call all
 kernels of an engine with the types of arguments that are used later. Numba stores the compiled code for all
-later processes. Numba compiles one kernel at a time in a process: hence processes, not threads.
+later processes. Numba compiles one kernel at a time in a process, so processes are used, not threads.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def is_warm() -> bool:
 
 
 def warm_up(processes: int) -> None:
-    """Compile what is not compiled yet, by so many processes at a time.
+    """Compile what is not compiled yet, with a number of processes at a time.
 
     Raises
     ------
@@ -60,7 +60,7 @@ def warm_up(processes: int) -> None:
 
 
 def _mark() -> Path | None:
-    """Return the file that says that all is compiled; None if no folder is writable."""
+    """Return the file which shows that all is compiled; None if no folder is writable."""
     from llvmlite.binding import get_host_cpu_name
     from numba import __version__
 
@@ -96,7 +96,7 @@ def rings(count: int) -> CompiledNet:
 
 
 def _search(count: int) -> None:
-    """Compile explicit search for markings as wide as those of so many rings."""
+    """Compile explicit search for markings as wide as those of a number of rings."""
     from dineros.analysis.explicit import explore
 
     net = rings(count)

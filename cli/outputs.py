@@ -24,7 +24,7 @@ def refuse_output(output: Path, formats: Sequence[str], what: str = "to convert 
     Raises
     ------
     ModelFileError
-        The suffix is none of the formats, the file is a directory, or its folder is not there.
+        The suffix belongs to no format, the file is a directory, or its folder does not exist.
     """
     from dineros.metamodel.errors import Location, ModelFileError
 

@@ -175,7 +175,7 @@ def seconds(earliest: float, latest: float | None) -> pn.TimeInterval:
 
 
 def place(page: pn.Page, id: str, tokens: int = 0, type: sym.TokenType | None = None) -> sym.Place:
-    """Add a place to a page; `type` says what its tokens carry, if not what those of its model do."""
+    """Add a place to a page; `type` is the type of its tokens, if it differs from that of its model."""
     return sym.Place(id=id, name=id, tokens=tokens, tokenType=type, page=page)
 
 

@@ -40,7 +40,7 @@ UNLIMITED = -1
 
 
 class CallCircleError(DinerosError):
-    """Services call each other in a circle, and none of them says how many instances it has."""
+    """Services call each other in a circle, and none of them specifies its number of instances."""
 
 
 def services(model: pn.Net) -> list[sym.ServiceChannel]:
@@ -78,7 +78,7 @@ def callers(channel: sym.ServiceChannel, pages: dict[pn.Page, Served]) -> list[s
 
 
 def callers_first(model: pn.Net) -> list[sym.ServiceChannel]:
-    """Return the services in an order in which the number of instances of each can be told.
+    """Return the services in an order in which the number of instances of each can be computed.
 
     Raises
     ------

@@ -56,7 +56,7 @@ class Location:
 
 
 class DinerosError(Exception):
-    """Wrong use or bad input; says what, where, and how to mend it.
+    """Wrong use or bad input; the message has the fault, its place, and a remedy.
 
     Parameters
     ----------

@@ -93,7 +93,7 @@ _PART_OF_NUMBER = re.compile(f"[0-9.eE+-]{{{DIGITS_LIMIT // _STEP}}}")
 def _may_have_long_number(text: str) -> bool:
     """Return whether a number could be too long, so that the checks of every number are paid for only then.
 
-    Of a number with more characters than the limit, so many successive characters are among every 40th.
+    A number with more characters than the limit has this many successive characters among every 40th.
     """
     return len(text) > DIGITS_LIMIT and _PART_OF_NUMBER.search(text[::_STEP]) is not None
 

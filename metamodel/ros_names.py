@@ -16,7 +16,7 @@ CONTROLS = ("proceed", "release", "describe")
 """Services of each node, under its own name."""
 
 COMPANIONS = ("_messages", "_requests")
-"""Last part of the topics that tell the ids of messages, and of requests, of existing types."""
+"""Last part of the topics that carry the ids of messages, and of requests, of existing types."""
 
 _TEXT = "std_msgs/msg/String"
 _OF_ALL_NODES = {

@@ -46,7 +46,7 @@ class ValueRange:
         return dict(self.names).get(name)
 
     def fault(self, value: int) -> str | None:
-        """Return which values are allowed, in words, if a value is none of them; None: it is one."""
+        """Return which values are allowed, in words, if a value is not allowed; None if it is."""
         if self.listed and value not in dict(self.listed).values():
             return ", ".join(name for name, _ in self.listed)
         is_low = self.minimum is not None and value < self.minimum

@@ -174,7 +174,7 @@ class CallbackFact:
     is_open : bool
         Whether it may do more than its effects say: the reader could not follow it.
     is_apart : bool
-        Whether it runs on a thread of its own, which is none of the executor's.
+        Whether it runs on a thread of its own, which does not belong to the executor.
     body : list of branches.Item or None
         The effects in their branches; None if the order could not be followed.
     answers : dict of str to bool

@@ -13,7 +13,7 @@ _ALWAYS = frozenset(("rclpy", "rospy"))
 
 
 class RosImports:
-    """Tells programs that can use ROS from others, which need not be followed.
+    """Distinguishes programs that can use ROS from others, which need not be followed.
 
     Parameters
     ----------

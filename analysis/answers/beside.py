@@ -107,7 +107,7 @@ class _Pair(Generic[Answer]):
         """Start the others when it is time, and end the first engine when they have an answer."""
         if self._beside is None and time.process_time() >= self._until:
             with warnings.catch_warnings():
-                # Only threads of the first engine exist here, and the child process needs none of them.
+                # Only threads of the first engine exist here, and the child process does not need them.
                 warnings.simplefilter("ignore", DeprecationWarning)
                 self._beside = self._stack.enter_context(Apart(lambda _: self._work_beside()))
         if (now := time.monotonic()) - self._looked < LOOK_SECONDS:

@@ -6,7 +6,7 @@ from dineros.analysis.latencies.answers import Everything, Latency
 
 
 def known_latency(exact: Latency, bound: Latency) -> Latency:
-    """Return the exact times of something if they were found, else its bounds if they tell more."""
+    """Return the exact times of something if they were found, else its bounds if these are narrower."""
     return bound if exact.greatest is None and exact.reason and bound.greatest is not None else exact
 
 

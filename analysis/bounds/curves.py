@@ -51,7 +51,7 @@ class Curve:
         return sum(count * ((window + spread - 1) // period + 1) for count, period, spread in self.terms)
 
     def span(self, number: int) -> int:
-        """Return the length of the shortest closed window that can hold so many events.
+        """Return the length of the shortest closed window that can hold a number of events.
 
         The curve is not empty.
         """
@@ -71,7 +71,7 @@ class Curve:
         return Curve(terms, self.has_moments)
 
     def times(self, number: int) -> Curve:
-        """Return the curve of events of which so many happen at each of these."""
+        """Return the curve of events of which a fixed number happens at each event of this curve."""
         terms = tuple((count * number, period, spread) for count, period, spread in self.terms)
         return Curve(terms, self.has_moments)
 

@@ -150,7 +150,7 @@ def _in_turn(task: Task, around: Around) -> Waited:
     curve = around.curves[task]
     longest = depth + 1
     while curve is not None and (waiting := max(1, curve.within(start))) < longest:
-        # At most so many wait that none is displaced; then x is in an earlier wait result.
+        # The number that waits is too small for a displacement; then x is in an earlier wait result.
         longest = waiting
         start = min(longest, depth) * whole + whole - task.most
     return _waited(task, start, longest)

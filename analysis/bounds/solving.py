@@ -32,7 +32,7 @@ from dineros.metamodel.elements import label
 MOST_ROUNDS = 400
 """Rounds towards bounds that fit together."""
 MOST_TIMES = 100_000
-"""A bound beyond so many times the sum of all times is taken for none."""
+"""A bound that exceeds the sum of all times by more than this factor counts as no bound."""
 
 
 @dataclass

@@ -24,11 +24,11 @@ from dineros.metamodel.times.rates import seconds_of
 from dineros.metamodel.times.runs import places_of_ports
 
 MOST_STATES = 500
-"""So many markings of one run are explored at most."""
+"""Largest number of markings of one run that are explored."""
 
 
 class NotBoundedError(Exception):
-    """Nothing bounds something; the message says why, in the words of the model."""
+    """There is no bound; the message has the reason, in the words of the model."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ class _WorkMove:
 
 
 class Works:
-    """Tells what runs of callbacks do.
+    """Describes what runs of callbacks do.
 
     Parameters
     ----------

@@ -242,7 +242,7 @@ class Waiting:
         return frozenset({waiter})
 
     def _awaited(self, page: sym.CallbackPage, index: int | None) -> list[Call]:
-        """Return the calls of a callback whose answers it waits for; an answer that begins it is none."""
+        """Return the calls whose answers a callback waits for, without the answer that begins it."""
         requests = self._requests.get(page)
         if requests is None:
             begun = {call.request for call in self._calls if _begins_with(call, page)}

@@ -195,7 +195,7 @@ class Callbacks(Question):
     def _witness(
         checked: Checked, callback: Waiter, circle: Circle | None, trace: tuple[int, ...]
     ) -> Witness:
-        """Return a run that ends where a callback waits forever, without what could go on after that."""
+        """Return a run that ends when a callback waits forever, without later independent firings."""
         from dineros.analysis.callbacks.blocking import Blocked
         from dineros.analysis.callbacks.walking import Walks
 

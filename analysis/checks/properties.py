@@ -185,7 +185,7 @@ def _left(checked: Checked) -> list[sym.Property]:
 
 
 def _mark(property: sym.Property) -> str:
-    """Return what says that a property is answered."""
+    """Return the entry of a report for an answered property."""
     return f"property {property.id}"
 
 

@@ -123,7 +123,7 @@ class Checked:
 
     @cached_property
     def near(self) -> Firings:
-        """What the first round tells of what can happen, before a state space, or without one."""
+        """What the first round shows about what can happen, before a state space, or without one."""
         from dineros.analysis.covering.firings import near_firings
 
         self.budget.stage("what can happen nearby")
@@ -131,7 +131,7 @@ class Checked:
 
     @cached_property
     def by_parts(self) -> Firings:
-        """The same, with what parts of the net tell; see `dineros.analysis.parts`."""
+        """The same, with what parts of the net show; see `dineros.analysis.parts`."""
         from dineros.analysis.parts.firings import decide_by_parts
 
         found = self.near

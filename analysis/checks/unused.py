@@ -55,7 +55,7 @@ NO_GOAL = Fault(
 NO_END = Fault(
     "goals-never-end",
     "error",
-    "An action accepts goals, but none of them ever ends.",
+    "An action accepts goals, but no goal ever ends.",
     "no goal of action {action} ever ends",
 )
 FAULTS = (TOPIC, NOT_CALLED, NO_RETURN, NO_GOAL, NO_END, NODE_NET, TRANSITION)

@@ -34,7 +34,7 @@ OPEN = "depends on how long callbacks take, which the code does not say; `takes`
 
 
 def left_to_durations(model: pn.Net, report: Report) -> Report:
-    """Return a report in which overflows that depend on durations which no code tells are notes."""
+    """Return a report in which overflows that depend on durations missing in the code are notes."""
     if not isinstance(model, sym.SystemModel):
         return report
     channels = {channel.id: channel for channel in model.channels}

@@ -22,7 +22,7 @@ def used_in_runs(subject: Subject, some: Sequence[Finding], budget: Budget) -> l
 
 
 def disproved(subject: Subject, fired: Collection[int], some: Sequence[Finding]) -> list[Finding]:
-    """Return which of some faults, that parts are never used, are none as some transitions can fire.
+    """Return which faults of unused parts are wrong, because some transitions can fire.
 
     A transition that did not fire in them may still fire. So a fault is disproved only if nothing at all
     would be found of its element: a service that no run called is not one that returns.

@@ -103,7 +103,7 @@ def _against(formula: syntax.Formula, value: bool) -> syntax.Formula:
             return syntax.Not(operand)
         case syntax.Exists(syntax.Finally(operand)) | syntax.Finally(operand) if not value:
             return operand
-    raise DinerosError(f"no certificate can say of this that it is {str(value).lower()}: {formula}")
+    raise DinerosError(f"no certificate can show that this is {str(value).lower()}: {formula}")
 
 
 def _wrong_with(

@@ -85,7 +85,7 @@ def confirm_timed_answer(
 def _confirm_branching(
     net: TimedNet, tree: Formula, names: Names, answer: Outcome, budget: Budget
 ) -> Confirmation:
-    """Ask again what a formula of CTL says of all markings."""
+    """Ask again what a CTL formula states about all markings."""
     match tree:
         case ForAll(Globally(condition)) if is_condition(condition):
             return _confirm_marking(net, Not(condition), names, answer, budget)

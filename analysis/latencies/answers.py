@@ -357,7 +357,7 @@ def _is_mixed(page: sym.CallbackPage) -> bool:
 
 
 def _is_widened(page: sym.CallbackPage) -> bool:
-    """Return whether the net lets a callback take more times than the model says.
+    """Return whether the net lets a callback take times that the model does not allow.
 
     Each stretch between two waits takes any time up to the whole duration. Overlapping runs share clocks. The
     net does not keep the order of requests of several clients either, so the bounds are safe then, too.

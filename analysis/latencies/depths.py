@@ -1,7 +1,7 @@
 """The least depths of reader histories with which no message is displaced, with the times of a model.
 
-Histories are made deeper until none of them overflows. From then on, deeper ones change nothing: each holds
-so many messages as it ever gets, and a history of one less would displace one of them.
+Histories are made deeper until none overflows. Then a greater depth changes nothing: each history holds all
+messages that it ever gets at once, and a history with one place less would displace a message.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ from dineros.analysis.timed.exploring import Explored
 
 
 class FollowedRuns:
-    """Tells a run that is followed from others in a net.
+    """Distinguishes a run that is followed from others in a net.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The places by which an observer says how far the instance is that it follows."""
+"""The places by which an observer records the progress of the instance that it follows."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ def only(found: Sequence[T]) -> T:
 
 
 def some(put: dict[str, int], place: str, number: int) -> dict[str, int]:
-    """Return what is put, with so many tokens on a place more."""
+    """Return the tokens to put, with a number of further tokens on a place."""
     return {**put, place: number} if number else put
 
 
 def exactly(place: str, number: int) -> dict[str, Any]:
-    """Return conditions that a place holds exactly so many tokens."""
+    """Return conditions that a place holds exactly a number of tokens."""
     return {"inhibit": {place: number + 1}, **({"read": {place: number}} if number else {})}

@@ -211,7 +211,7 @@ class Unrolling:
             self._add(-fired, -self._holds(before, place, bound - tokens + 1))
 
     def _holds(self, marking: list[list[int]], place: int, tokens: int) -> int:
-        """A literal for: a place holds at least so many tokens."""
+        """Return a literal which states that a place holds at least this number of tokens."""
         if tokens <= 0:
             return self.true
         return marking[place][tokens - 1] if tokens <= len(marking[place]) else -self.true

@@ -92,7 +92,7 @@ class ImpliedPlace(Rule):
     """Remove a place that the state equation proves never to disable a transition alone.
 
     *Proof.* `GuardedBounds.least` bounds m(p) in all markings where the other places enable t; rounded up
-    (tokens are integers) the bound is at least pre(p, t), for every t. Hence the net without p has the same
+    (tokens are integers) the bound is at least pre(p, t), for every t. So the net without p has the same
     firing sequences. The bound needs no arc of p to hold, so it is not a circular argument. If an invariant
     has a weight for p, m(p) follows from the other places, so that markings with and without p are in
     bijection, and p is bounded if they are. Otherwise only the properties of firing sequences are claimed.

@@ -190,7 +190,7 @@ class Reduction:
         marking = replay(net, result)
         if until_deadlock and Property.DEADLOCKS in self.preserves:
             assert not any(net.is_enabled(t, marking) for t in net.transitions), (
-                "an expanded deadlock is none"
+                "an expanded deadlock enables a transition"
             )
         return result
 

@@ -19,7 +19,7 @@ class Property(StrEnum):
     """The number of reachable markings of N is that of N' times `Step.factor`, and each can be recovered."""
 
     MARKINGS = "markings"
-    """Each reachable marking of N' stands for as many of N as its tokens tell (`Reduction.weight`): no two
+    """Each reachable marking of N' represents `Reduction.weight` markings of N, by its tokens: no two
     for the same one, all for all of them, and each can be recovered. Where `DEADLOCKS` is preserved too,
     the number of deadlocks of N is that of N' times `Step.dead_ends`."""
 

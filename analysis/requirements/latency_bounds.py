@@ -1,8 +1,8 @@
 """Reading of properties that bound a latency or a response time.
 
 ==========================  ====================================================
-``X to Y within 0.05``      data takes at most so many seconds from X to Y
-``X responds within 0.02``  each run of the callback X ends so many seconds after its release
+``X to Y within 0.05``      data takes at most 0.05 seconds from X to Y
+``X responds within 0.02``  each run of the callback X ends at most 0.02 seconds after its release
 ==========================  ====================================================
 
 X and Y are callbacks or topics, as for `dineros latency`; a name with spaces is in quotes. An instance of

@@ -98,7 +98,7 @@ def read_pattern(text: str) -> Reading:
     Raises
     ------
     FormulaError
-        It is none; `column` tells where.
+        The text is not a pattern; `column` is the position of the fault.
     """
     if len(text) > MAX_LENGTH:
         raise FormulaError(f"the property has {len(text)} characters, more than {MAX_LENGTH}", column=1)
@@ -132,7 +132,7 @@ class _PatternText:
 
 
 def _within(body: _PatternText, match: re.Match[str]) -> Bounded:
-    """Return what a pattern says of a time that begins at the start, or with each cause."""
+    """Return what a pattern requires of a period that begins at the start, or with each cause."""
     column = match.start(1) + 1
     if _found(body, ":") is not None:
         raise FormulaError("within a time goes without a scope", column=1, hint=_WITHIN)
@@ -223,7 +223,7 @@ def _two(part: _PatternText, word: str) -> tuple[Formula, Formula]:
 
 
 def _pattern(body: _PatternText, scope: _Scope) -> Formula:
-    """Return what a pattern says from now on, in a scope."""
+    """Return what a pattern requires from now on, in a scope."""
     first = re.match(r"\s*(never|always|at\s+most)\b", body.text)
     if first is not None and first[1] in ("never", "always"):
         condition = _condition(body.after(first))

@@ -46,7 +46,7 @@ VARIANTS: dict[str, SignalVariant] = {
     "inputEnabled": "input-enabled",
     "ioEnabled": "io-enabled",
 }
-"""From what a property says of the signals to the net that is asked."""
+"""Makes the net for the question from a property's statements about signals."""
 
 UNFAIR = "a run violates it, and it is unknown whether runs with times are fair"
 
@@ -84,7 +84,7 @@ class Asked:
         return Linear(net, names, formula, self.weak, self.strong)
 
     def verdict(self, outcome: Outcome) -> Outcome:
-        """Return what an answer to the question says of the property."""
+        """Return the answer for the property, given an answer to the question."""
         if not self.reading.is_negated:
             return outcome
         other = {"holds": "violated", "violated": "holds"}

@@ -133,7 +133,7 @@ class _CapacitySearch:
         return self._own is not None
 
     def make_space(self, budget: Budget, most_work: int | None) -> None:
-        """Make that, within a budget, and within so many cache misses of saturation."""
+        """Make that, within a budget, and within a number of cache misses of saturation."""
         net = self._subject.net
         if most_work is not None and any(bound is None for bound in place_bounds(net)):
             return  # a tree that is large would be made first

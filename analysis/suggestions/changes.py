@@ -37,7 +37,7 @@ class Changes:
     reentrant : frozenset of (str, str)
         Those whose own group is reentrant; and callback groups, by their id, that become so.
     threads : tuple of (str, int)
-        Node nets, by their id, that get so many more threads.
+        Number of further threads of node nets, by their id.
     awaiting : frozenset of str
         Callback pages, by their id, that become `async def` and await.
     """

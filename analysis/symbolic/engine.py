@@ -284,7 +284,7 @@ def symbolic_state_space(
     UnknownBoundError
         If the net is unbounded, or some place still grows at the largest cap tried; it names the places.
     LevelSizeError
-        If places may hold so many tokens that their local states alone exceed the memory.
+        The local states of places that may hold many tokens exceed the memory.
     BudgetExceededError
         If time runs out.
 

@@ -146,7 +146,7 @@ def encode(
     UnknownBoundError
         If a place is bounded neither by an invariant nor by a cap; it names the places.
     LevelSizeError
-        If places may hold so many tokens that their local states exceed the memory.
+        The local states of places that may hold many tokens exceed the memory.
     """
     flows, bounds = net.once(flows_and_bounds)
     values = [None if bound is None else bound.value for bound in bounds]

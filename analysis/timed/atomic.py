@@ -68,7 +68,7 @@ class AtomicSearch:
         self._atoms: Atoms | None = None
 
     def run(self) -> None:
-        """Find the strong classes, and cut them; `reason` says which limit ended that, if any did."""
+        """Find the strong classes, and cut them; `reason` is the limit that ended it, if any did."""
         self._strong.run()
         self.reason = self._strong.reason
         if self.reason is not None:

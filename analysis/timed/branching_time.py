@@ -125,7 +125,7 @@ class _TimedSets(FlaggedSets):
         return stem, loop
 
     def _labels(self, states: list[int]) -> tuple[int, ...]:
-        """Return transitions that lead along a path; waiting forever is none."""
+        """Return the transitions of a path; waiting forever has no transition."""
         found = []
         for source, target in pairwise(states):
             edges = np.arange(self.arcs.pointer[source], self.arcs.pointer[source + 1])

@@ -194,7 +194,7 @@ def fire_far_away(net: TimedNet, known: Iterable[int], budget: Budget) -> tuple[
 
 
 def _fullest(search: ClassSearch, among: int) -> int:
-    """Return a class with the most tokens, of so many that were found first."""
+    """Return a class with the most tokens, among a number of classes that were found first."""
     chosen = search.marking_of[:among]
     sums = search.markings(0, int(chosen.max()) + 1).sum(axis=1)
     return int(sums[chosen].argmax())

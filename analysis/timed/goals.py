@@ -59,7 +59,7 @@ def find_timed(
     Raises
     ------
     FormulaError
-        The condition is none on markings, or names something unknown.
+        The condition is not one on markings, or names something unknown.
     """
     names = names or NetNames(net.untimed)
     tree = parse(condition, "state") if isinstance(condition, str) else condition

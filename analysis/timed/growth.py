@@ -59,7 +59,7 @@ def _grows(first: PlainClass, last: PlainClass) -> bool:
 def _repeats(
     net: TimedNet, classes: Sequence[PlainClass], loop: Sequence[int], more: Sequence[int], rounds: int
 ) -> bool:
-    """Whether so many further rounds enable and disable the same; after these no arc tells tokens apart."""
+    """Whether a number of further rounds enables and disables the same; later, no arc tells rounds apart."""
     for here, fired in zip(classes, loop, strict=False):
         between = list(here.marking)
         for place, weight in net.take.row(fired):

@@ -85,7 +85,7 @@ def verify_timed_ltl(
     Raises
     ------
     FormulaError
-        If the formula is none, names something unknown, or is too large.
+        The formula is invalid, names something unknown, or is too large.
     """
     names = names or NetNames(net.untimed)
     budget = budget.begun()
@@ -308,7 +308,7 @@ def _check(graph: TimedGraph, tree: Formula, atoms: BoundAtoms, run: _LassoRun) 
     Raises
     ------
     ReplayError
-        It is none: an error of this program.
+        The run is not a counterexample: an error of this program.
     """
     from dineros.analysis.nets.witness import WitnessError
     from dineros.analysis.timed.schedules import schedule

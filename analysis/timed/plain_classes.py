@@ -23,7 +23,7 @@ AT_MOST_0: Bound = (Fraction(0), False)
 
 
 def tighter(one: Bound, other: Bound) -> Bound:
-    """Return the bound that says more."""
+    """Return the tighter one of two bounds."""
     if one is None or other is None:
         return other if one is None else one
     return one if (one[0], not one[1]) <= (other[0], not other[1]) else other

@@ -149,7 +149,7 @@ class ClassSearch:
         )
 
     def _matrices(self, clocks: int) -> Work:
-        """Make room for matrices of so many clocks."""
+        """Make room for matrices with this number of clocks."""
         uppers = self.tables.upper[self.tables.has_clock]
         depth = min(clocks, int((uppers == UNBOUNDED).sum())) if self.is_strong else 0
         return work_for(self.net.untimed.initial, clocks, depth)
@@ -205,7 +205,7 @@ class ClassSearch:
         return int(kernels.begin(tables, known, work, batch, *how))
 
     def _explore(self, most: int) -> int:
-        """Expand at most so many classes; why it ends."""
+        """Expand a limited number of classes; return why the expansion ended."""
         room = (self.tables, self.known, self._work, self._batch, self.is_strong)
         how = (self.bits, self.top, most)
         if self.by_inclusion:

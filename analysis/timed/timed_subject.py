@@ -70,7 +70,7 @@ def unforced_subject(subject: TimedSubject) -> ScheduledSubject | None:
     """Return what is asked instead of a net in which nothing ever has to fire; None for other nets.
 
     Such a net can do with its times what it can do without; see `TimedNet.is_unforced`. Signals are left out:
-    they may change at any time, so no clause forbids anything for good.
+    they may change at any time, so no clause disables anything permanently.
     """
     if not subject.timed.is_unforced:
         return None
@@ -166,7 +166,7 @@ def require_one_clock(timed: TimedNet, flattened: Flattened) -> None:
 
     Each variant has a clock of its own. These are the clock of the transition where no variant stays enabled
     while another one fires, and none becomes enabled after another one. Both hold where all tokens that
-    guards tell apart there are single, and one single token is taken for good.
+    guards tell apart there are single, and a single token is consumed.
 
     Raises
     ------

@@ -29,7 +29,7 @@ PARTS_SHARE, PART_SECONDS = 0.15, 5.0
 """Part of what is left then for parts of the net, and seconds at most for each."""
 
 CLASSES_SHARE, FAR_SHARE = 0.6, 0.4
-"""Parts of what is left then to go on with the classes, and for a search depth first."""
+"""Parts of the remaining time for the classes, and for a depth-first search."""
 
 
 class TimedBoundedness(Question):
@@ -43,7 +43,7 @@ class TimedBoundedness(Question):
         checked.close(self.asks, reason)
 
     def ask(self, checked: Checked) -> None:
-        """Build the classes, and note what they say of firings."""
+        """Build the classes, and record which transitions fire in them."""
         known = with_times(checked)
         net, first = known.timed.timed, checked.budget.share(FIRST_SHARE)
         explored = explore_timed(net, first.at_most(FIRST_SECONDS))
@@ -167,7 +167,7 @@ def _is_all_known(known: TimedChecked, explored: Explored, found: Firings, proof
 
 
 def _with_classes(explored: Explored, found: Firings, ways: list[str]) -> tuple[Firings, list[str]]:
-    """Add what further classes tell to what is known of firings, and to how it became known."""
+    """Add what further classes show about firings, and which engine showed it."""
     told = _firings(explored)
     if told.is_complete:
         return told, ways[:1]
@@ -180,7 +180,7 @@ def _with_classes(explored: Explored, found: Firings, ways: list[str]) -> tuple[
 
 
 def _firings(explored: Explored) -> Firings:
-    """Return what the classes tell of firings, as the questions about queues and the like read it."""
+    """Return what the classes show about firings, in the form for questions about queues and the like."""
     ways = explored.ways
     is_all = explored.is_complete
     every = range(len(explored.net.untimed.transitions))

@@ -19,7 +19,7 @@ MOST_AT_ONCE = 100_000
 
 
 class TimeStopsError(Exception):
-    """Transitions fire again and again, and time does not go on."""
+    """Transitions fire repeatedly, and time does not advance."""
 
 
 class DrawnRun:
@@ -91,12 +91,12 @@ class DrawnRun:
         heappush(self._queue, entry)
 
     def firings(self, seconds: float) -> Iterator[tuple[int, float]]:
-        """Yield what fires until so many seconds have passed, and when.
+        """Yield what fires within a number of seconds, and when.
 
         Raises
         ------
         TimeStopsError
-            Time does not go on.
+            Time does not advance.
         """
         queue, version, since = self._queue, self._version, self._since
         marking, at_once = self._marking, 0

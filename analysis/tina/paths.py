@@ -12,7 +12,7 @@ from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.witness import WitnessError, replay
 from dineros.analysis.tina.programs import TinaAnswerError
 
-#: Parts of a .scn file. Times, which follow a transition after ``@`` or ``$``, are none: our nets have none.
+#: Parts of a .scn file. Times follow a transition after ``@`` or ``$``; they are skipped: our nets have none.
 _PART = re.compile(
     r"(?P<comment>^[ \t]*#[^\n]*)|(?P<line>\n)|(?P<blank>[ \t\r]+)"
     r"|\{(?P<braced>(?:[^{}\\]|\\.)*)\}(?=\s|\Z)|(?P<plain>[A-Za-z0-9_']+)(?=\s|\Z)",

@@ -171,7 +171,7 @@ def _ran_out_of_memory(status: int, said: str) -> bool:
 
 
 def _last_line(output: str, errors: str) -> str:
-    """Return the last line that says something: an error if there is one."""
+    """Return the last line that is not empty: an error if there is one."""
     for text in (errors, output):
         for line in reversed(text.splitlines()):
             if line.strip():

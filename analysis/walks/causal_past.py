@@ -24,7 +24,7 @@ _INITIAL = -1
 
 @dataclass(frozen=True)
 class TokenNeed:
-    """That a place holds so many tokens, or no more than it did, at a position of a sequence.
+    """Condition that a place holds enough tokens, or no more than it did, at a position of a sequence.
 
     Attributes
     ----------

@@ -121,7 +121,7 @@ class _Round:
                 last = clock.spent
 
     def aim(self) -> None:
-        """Walk to each transition that is left, as the state equation says."""
+        """Walk to each remaining transition, guided by the state equation."""
         clock, left = self._clock(), self._left
         for number, t in enumerate(left):
             if clock.is_over:

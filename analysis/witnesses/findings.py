@@ -237,7 +237,7 @@ class Finding:
 
     @property
     def shown_consequences(self) -> list[tuple[str, str]]:
-        """Message and rule of each consequence; those of several causes name the other ones."""
+        """Message and rule of each consequence; a consequence of several causes names the others."""
         return [(each.message + _besides(each.together), each.rule) for each in self.consequences]
 
 
@@ -374,7 +374,7 @@ class Report:
         return replace(self, findings=findings, suppressed=list(suppressed), known=list(known))
 
     def text_of_times(self, left_out: LeftOutTimes | None) -> str | None:
-        """Return what the report says of firing intervals; None for a model that has none.
+        """Return the note of the report about firing intervals; None for a model without intervals.
 
         Parameters
         ----------
@@ -391,7 +391,7 @@ class Report:
         return [each for finding in self.findings for each in finding.consequences]
 
     def add(self, other: Report) -> None:
-        """Take over all that another report says."""
+        """Take over all entries of another report."""
         self.findings += other.findings
         self.proved += other.proved
         self.assumed += other.assumed

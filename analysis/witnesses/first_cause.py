@@ -249,7 +249,7 @@ class _CauseSearch:
         return Cause(outcome.first, tuple(firing + 1 for firing in past), outcome.decided)
 
     def _asked(self, t: int) -> list[tuple[int, int, bool]]:
-        """Return what enables a transition: place, weight, and whether it must hold so many, or fewer."""
+        """Return what enables a transition: place, weight, and whether at least that is needed, or less."""
         at_least = [(place, weight, True) for place, weight in self._net.pre.row(t)]
         return at_least + [(place, weight, False) for place, weight in self._net.inhibitor.row(t)]
 
@@ -270,7 +270,7 @@ class _CauseSearch:
         return _need(place, position, at_least, weight)
 
     def _level(self, outcome: _Outcome, place: int, weight: int, position: int, at_least: bool) -> None:
-        """Note that a place holds at least, or less than, so many tokens."""
+        """Record that a place holds at least, or less than, a number of tokens."""
         test = _test(weight, at_least)
         since, until = self._levels.since(place, test, position), self._levels.until(place, test, position)
         text = f"{self._subject.place_text(place)} {'>=' if at_least else '<'} {weight}"

@@ -82,7 +82,7 @@ def to_sarif(report: Report, model: pn.Net, path: Path, faults: Mapping[str, Fau
 
 
 def _notes(report: Report, model: pn.Net) -> list[dict[str, Any]]:
-    """Return the notifications of what the proofs assume, and of what a report says of times."""
+    """Return the notifications of what the proofs assume, and of the note of a report about times."""
     texts = [f"assumes: {each}" for each in report.assumes]
     if (times := report.text_of_times(left_out_times(model))) is not None:
         texts.append(times)
@@ -179,7 +179,7 @@ def _flow(witness: Witness, places: _ElementLocations) -> list[dict[str, Any]]:
 
 
 def _fingerprint(finding: Finding) -> str:
-    """Return what tells a finding from others, and stays when lines move or the message is worded again."""
+    """Return what identifies a finding, also after lines move or its message is reworded."""
     return hashlib.sha256("\0".join((finding.rule, *finding.elements)).encode()).hexdigest()
 
 

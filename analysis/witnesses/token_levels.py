@@ -29,7 +29,7 @@ class TokenLevels:
                 self._values[place].append(self._values[place][-1] + change)
 
     def marking(self, position: int) -> list[int]:
-        """Return the marking after so many firings."""
+        """Return the marking after a number of firings."""
         return [
             values[bisect_right(positions, position) - 1]
             for positions, values in zip(self._positions, self._values, strict=True)

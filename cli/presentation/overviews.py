@@ -54,7 +54,7 @@ WORDS = {
 
 
 def table_of(overview: Overview, width: int) -> Group:
-    """Return the current state for a terminal of so many columns; a narrow one shows fewer columns."""
+    """Return the current state for a terminal of a given width; a narrow one shows fewer columns."""
     from rich.console import Group
     from rich.table import Table
     from rich.text import Text

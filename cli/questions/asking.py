@@ -200,7 +200,7 @@ class Asking:
         say : callable
             Prints the answer for people.
         first, **last
-            What JSON says of the question, and of the answer, besides.
+            Further JSON keys of the question, and of the answer.
         is_universal : bool
             Whether the answer holds for all runs, and so for those with times.
         is_shown_by_run : bool

@@ -70,7 +70,7 @@ class Options:
     seed : int or None
         Seed of the firing selections.
     watchdog : float or None
-        Seconds after which a handler is named that keeps its node from all else; 0: never, None: as the nodes
+        Seconds after which a handler that blocks its node is named; 0: never, None: as the nodes
         themselves say.
     is_resumed, is_monitored, is_shown : bool
         Whether it continues from the traces, is replayed on the model meanwhile, has a page that follows it.

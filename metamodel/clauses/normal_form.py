@@ -3,7 +3,8 @@
 The form is exact (equivalent to the expression) and simplified: no literal twice in a disjunction, no
 disjunction that is always true, none that another one implies literal by literal (subsumption). It is neither
 minimal nor checked for satisfiability: ``Sensor & !Sensor`` stays two disjunctions, ``false`` is one without
-literals, ``true`` is none. Of a signal with values, a disjunction has plain literals or a single negated one.
+literals, ``true`` has no disjunction. For a signal with values, a disjunction has plain literals or a single
+negated one.
 An equivalent form can have exponentially many disjunctions; the conversion stops before that costs time or
 memory.
 """

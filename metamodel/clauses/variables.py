@@ -12,7 +12,7 @@ Key = TypeVar("Key")
 
 
 class LiteralVariables(Generic[Key]):
-    """Numbers, from 1, of what literals say of signals.
+    """Numbers, from 1, of the statements that literals make about signals.
 
     Parameters
     ----------

@@ -13,7 +13,7 @@ from dineros.metamodel.limits import LIMITS
 
 
 def table() -> str:
-    """Return a Markdown table of all constraints: name, about, severity and what each says."""
+    """Return a Markdown table of all constraints: name, element, severity and statement."""
     return "\n".join(_rows()) + "\n"
 
 

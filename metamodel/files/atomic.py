@@ -134,7 +134,7 @@ def _create(folder: int, name: str) -> tuple[str, int]:
 
 
 def _is_taken_away(folder: int, temporary: str) -> bool:
-    """Remove a temporary file that no living process writes; tell whether it is gone."""
+    """Remove a temporary file that no living process writes; return whether it was removed."""
     try:
         found = os.stat(temporary, dir_fd=folder, follow_symlinks=False)
         if not stat.S_ISREG(found.st_mode):

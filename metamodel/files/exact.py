@@ -16,7 +16,7 @@ _RATIONAL = re.compile(r"[+-]?[0-9]+/0*[1-9][0-9]*")
 _LONGEST = 400
 _OUT_OF_RANGE = "takes a number within the range of a double"
 _ROUNDS_BACK = 15
-"""A decimal text with at most so many characters is the shortest text of a float, or equals it."""
+"""A decimal text with at most this many characters is the shortest text of a float, or equals it."""
 
 
 class ExactNumber(float):

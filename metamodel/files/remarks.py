@@ -1,4 +1,4 @@
-"""What a reader of files took in another way than the format says; commands show it once."""
+"""Remarks of file readers on what they read in another way than the format specifies; shown once."""
 
 from __future__ import annotations
 

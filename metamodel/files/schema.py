@@ -195,7 +195,7 @@ def _feature(feature: Any) -> Feature:
 
 
 def _conversions(etype: Any) -> tuple[Callable[[str], object], Callable[[Any], str]]:
-    """Return how a text becomes a value (ValueError says why not, and perhaps a hint) and a value a text."""
+    """Return how a text becomes a value (ValueError: the reason, and perhaps a hint) and a value a text."""
     if isinstance(etype, EEnum):
         return _literal_reader(etype), _literal_name
     if etype.name in INTEGERS:

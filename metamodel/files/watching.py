@@ -16,7 +16,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 LONGEST = 1.0
-"""Seconds between two looks where the system tells of changes."""
+"""Seconds between two checks if the system reports changes."""
 
 LONGEST_BLIND = 0.15
 """Seconds between two checks if the system does not report changes, or the folder does not exist yet."""
@@ -26,7 +26,7 @@ _MODIFY, _MOVED_TO, _CREATE, _ONLY_FOLDERS = 0x2, 0x80, 0x100, 0x01000000
 
 
 class FolderWatch:
-    """Tells when files in a folder are made, written or renamed; to be closed, or used in a ``with`` block.
+    """Reports when files in a folder are made, written or renamed; to be closed, or used in a ``with`` block.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ class FolderWatch:
 
 
 def wait_readable(descriptors: Iterable[int], seconds: float) -> set[int]:
-    """Wait until one of some descriptors is readable; return those that are, none after so many seconds."""
+    """Wait until a descriptor is readable; return the readable ones, or none after a time-out in seconds."""
     poll = select.poll()
     for descriptor in descriptors:
         poll.register(descriptor, select.POLLIN)

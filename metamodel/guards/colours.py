@@ -87,7 +87,7 @@ class Palette:
         return tuple(found)
 
     def fulfils(self, colour: Colour, condition: Condition) -> bool:
-        """Return whether all tokens of a colour fulfil a condition; otherwise none of them does."""
+        """Return whether the tokens of a colour fulfil a condition: either all of them do, or none."""
         values = {FieldName(None, name): each[0] for name, each in zip(self.fields, colour, strict=True)}
         return condition.holds(values)
 

@@ -1,1 +1,1 @@
-"""What a system model says of time, with its defaults; how many messages can be on their way."""
+"""The times of a system model, with their defaults; how many messages can be in transit."""

@@ -48,7 +48,7 @@ def says_times(model: sym.SystemModel) -> bool:
 
 
 def gives_times(model: sym.SystemModel) -> bool:
-    """Return whether a model says anything of time; the period of a timer alone does not count."""
+    """Return whether a model specifies any times; the period of a timer alone does not count."""
     return next(_times(model), None) is not None
 
 
@@ -75,7 +75,7 @@ def with_lifespans(model: sym.SystemModel) -> list[sym.TopicChannel]:
 
 
 def require_known(model: sym.SystemModel) -> None:
-    """Refuse what a model says of time that an analysis of latencies does not follow.
+    """Refuse times of a model that an analysis of latencies does not support.
 
     Raises
     ------
@@ -104,7 +104,7 @@ def lifespan_between(writer: sym.PublisherPort, reader: sym.SubscriberPort) -> p
 
 
 def default_times(element: EObject | None) -> sym.DefaultTimes:
-    """Return what the model around an element says of what gives no times of its own."""
+    """Return the times that apply to an element without times of its own, from the model around it."""
     model = system_model_of(element)
     found = None if model is None else model.times
     return found if found is not None else sym.DefaultTimes()
@@ -134,7 +134,7 @@ def period_of(page: sym.CallbackPage) -> float | None:
 
 
 def latency_between(writer: sym.PublisherPort, reader: sym.SubscriberPort) -> pn.TimeInterval | None:
-    """Return how long a message is on its way to a reader: what it says, its writer, topic, or model."""
+    """Return how long a message is in transit to a reader: as given there, at its writer, topic, or model."""
     for each in (reader, writer, writer.channel):
         if each is not None and each.latency is not None:
             return each.latency

@@ -18,7 +18,7 @@ from dineros.metamodel.times.given import runs_at_once
 from dineros.metamodel.times.once import once
 
 MOST_STATES = 300
-"""So many markings of one run are explored at most."""
+"""Largest number of markings of one run that are explored."""
 
 _Marking = frozenset[tuple[pn.Node, int]]
 

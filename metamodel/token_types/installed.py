@@ -49,7 +49,7 @@ class UnknownInterfaceError(DinerosError):
     Attributes
     ----------
     is_missing : bool
-        Whether only its package is not installed, so that nothing can be said of it here.
+        Whether only its package is not installed, so that its fields are unknown here.
     """
 
     is_missing = False
@@ -124,7 +124,7 @@ def installed_interfaces(package: str) -> frozenset[str] | None:
 
 @lru_cache(maxsize=256)
 def _interfaces_of(package: str, prefixes: str) -> frozenset[str] | None:
-    """Return the interfaces of a package; `prefixes` only tells where it was looked for."""
+    """Return the interfaces of a package; `prefixes` is only used in messages about where it was searched."""
     if not _PACKAGE.fullmatch(package):
         return None
     folders = [folder for folder in (prefix / "share" / package for prefix in _prefixes()) if folder.is_dir()]
@@ -155,7 +155,7 @@ def installed_part(name: str) -> tuple[FieldType, ...]:
 
 @lru_cache(maxsize=256)
 def _part_of(name: str, prefixes: str) -> tuple[FieldType, ...]:
-    """Return the fields of a part; `prefixes` only tells where it was looked for."""
+    """Return the fields of a part; `prefixes` is only used in messages about where it was searched."""
     match = _PART.fullmatch(name)
     if match is None:
         return _fields_of(name, prefixes)
@@ -203,7 +203,7 @@ def _constants_if_there(name: str) -> Iterator[Constant]:
 
 @lru_cache(maxsize=256)
 def _fields_of(name: str, prefixes: str) -> tuple[FieldType, ...]:
-    """Return the fields of a message; `prefixes` only tells where it was looked for."""
+    """Return the fields of a message; `prefixes` is only used in messages about where it was searched."""
     file = _file(name, ".json")
     try:
         described = decode_json(_text(name, file))

@@ -192,7 +192,7 @@ class MarkingSets:
         ]
 
     def restricted(self, transitions: Collection[int]) -> VectorSets | None:
-        """Return the steps of some transitions of the whole net; None if none of them changes this part."""
+        """Return the steps of some transitions of the whole net; None if they do not change this part."""
         numbers = {
             number for number, transition in enumerate(self.part.transitions) if transition in transitions
         }

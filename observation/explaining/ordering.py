@@ -155,7 +155,7 @@ class Ordering:
         return True
 
     def _settle(self) -> bool:
-        """Let the first open message have been published; tell whether it can have been."""
+        """Assume that the first open message was published; return whether that is possible."""
         first = self.open[0]
         if len(self.open) == 1 and len(self._ways) == 1 and NONE in self._ways:
             way = self._step(self._ways[NONE], first.topic)

@@ -104,7 +104,7 @@ def _part(
     shown: Collection[int],
     bounds: list[int | None],
 ) -> NetPart:
-    """Extract a part; unbounded places are followed only up to so many tokens."""
+    """Extract a part; unbounded places are followed only up to a number of tokens."""
     free, edges = {}, {}
     for number, place in enumerate(places):
         initial, bound = int(net.initial[place]), bounds[place]

@@ -41,7 +41,7 @@ FAULTS = {
 _CALLED = ("subscription", "timer", "service", "goal", "cancel", "accepted", "done callback", "feedback")
 """Kinds of callbacks that an executor runs in turn."""
 _SPINS = (
-    "rclpy before July 2024 (ros2/rclpy#1316) takes the node from its executor for good; "
+    "rclpy before July 2024 (ros2/rclpy#1316) removes the node from its executor permanently; "
     "later ones still never run what is in the callback's own group"
 )
 

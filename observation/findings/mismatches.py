@@ -110,7 +110,7 @@ def of_part(findings: Iterable[Finding]) -> list[Finding]:
 
 
 def of_separate_programs(findings: Iterable[Finding], programs: Mapping[str, str]) -> list[Finding]:
-    """Return the findings of programs of which nothing says that they run together.
+    """Return the findings of programs for which it is unknown whether they run together.
 
     Several programs that serve the same names may be alternatives, such as a robot and its simulation: one
     note names all of these programs and names. Nodes of one program run together.

@@ -32,7 +32,7 @@ class Imported:
     left_out : tuple of str
         What was observed and cannot be modelled, a line each.
     recorded : tuple of str
-        Recorded topics and services of which nothing is given: nobody knows whose they are.
+        Recorded topics and services without given facts: their nodes are unknown.
     unused : tuple of str
         Names of nodes, topics and services that something is given of, and that were not seen.
     """
@@ -58,7 +58,7 @@ def to_model(
     system : ObservedSystem
         What was seen.
     given : Given, optional
-        What people say of it.
+        Hand-written facts about it.
     id : str
         Id of the model.
     lacks : iterable of str

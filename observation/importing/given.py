@@ -111,7 +111,7 @@ class GivenCallback:
 
 @dataclass(frozen=True)
 class OpenThreads:
-    """What the code says of the threads of an executor, without their number.
+    """What the code states about the threads of an executor, without their number.
 
     Attributes
     ----------
@@ -146,7 +146,7 @@ class GivenNode:
     answers_hold_groups : bool
         Whether callbacks of responses, results and feedback hold the group of their client (`rclcpp`).
     open_threads : OpenThreads or None
-        What the code says of its threads, if it does not say their number; then that number is assumed.
+        What the code states about its threads without their number; then that number is assumed.
     """
 
     threads: int | None = None

@@ -30,7 +30,7 @@ def verbs_of(
     recorded : collection of RecordedTopic
         Topics and events of the recording, with their numbers of messages.
     given : Given, optional
-        What people say of threads, and of callbacks that await.
+        Hand-written facts about threads, and about callbacks that await.
     """
     seen = {each.name for each in recorded if each.messages}
     clients = [(node.name, each.name) for node in system.nodes for each in node.clients]

@@ -176,7 +176,7 @@ class Observed:
     Raises
     ------
     RecordingError
-        The recording is damaged, or an event is none.
+        The recording is damaged, or an event is invalid.
     """
 
     def __init__(self, recording: Recording) -> None:

@@ -52,4 +52,4 @@ def _check(text: str) -> None:
         elif isinstance(event, CollectionEndEvent):
             depth -= 1
         elif isinstance(event, AliasEvent) or (isinstance(event, ScalarEvent) and event.value == "<<"):
-            raise UnplainError("uses parts of itself again (&, *, <<), which no recorder does")
+            raise UnplainError("uses anchors or merge keys (&, *, <<), which no recorder writes")

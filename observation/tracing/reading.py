@@ -110,7 +110,7 @@ class Tracing:
         Raises
         ------
         TracingError
-            The files cannot be read, are none, hold no event of ROS 2, or do not tell processes and threads;
+            There are no files, they cannot be read, hold no event of ROS 2, or lack processes and threads;
             or their times go back.
         """
         self.read = self.foreign = self.odd = self.discarded = 0

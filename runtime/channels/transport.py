@@ -81,7 +81,7 @@ class Receiver(Protocol):
         """Count messages that a full queue lost outside of `publish` and `message_arrived`."""
 
     def signals_changed(self, values: Mapping[str, SignalSetting], source: str) -> None:
-        """Set input signals at once, by id or name; `source` says where they came from and is recorded.
+        """Set input signals at once, by id or name; `source` is their origin and is recorded.
 
         Raises
         ------

@@ -130,7 +130,7 @@ def chosen_tokens(engine: Engine, candidates: Candidates, chosen: object) -> tup
     Raises
     ------
     SelectionError
-        It is none of the candidates, its tokens are not available, or their number does not match the arcs.
+        It is not a candidate, its tokens are not available, or their number does not match the arcs.
     """
     if chosen is None:
         return None

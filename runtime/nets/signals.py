@@ -72,7 +72,7 @@ class Signal:
         Raises
         ------
         StalenessError
-            The time is not positive, or `then` is none of these.
+            The time is not positive, or `then` is unknown.
         """
         self._expect(None if seconds is None else Expectation(seconds, then))
 

@@ -43,7 +43,7 @@ class Expectation:
     Raises
     ------
     StalenessError
-        The time is not positive and finite, or the reaction is none of these.
+        The time is not positive and finite, or the reaction is unknown.
     """
 
     seconds: float

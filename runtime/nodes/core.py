@@ -247,7 +247,7 @@ class Core:
         UnknownElementError
             The node has no such signal; none is set.
         FeatureValueError
-            A value is none that its signal can have; none is set.
+            A signal cannot have its value; no signal is changed.
         """
         numbered = {}
         for name, value in values.items():

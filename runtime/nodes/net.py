@@ -353,7 +353,7 @@ class Net:
         UnknownElementError
             The node has no such signal; none is set.
         FeatureValueError
-            A value is none that its signal can have; none is set.
+            A signal cannot have its value; no signal is changed.
         """
         self.core.submit_signals(values, source)
 

@@ -23,7 +23,7 @@ _KINDS = {
 
 
 def type_of(value: Value | None, entity: str = "") -> str:
-    """Return the ROS type of a class: ``std_msgs/msg/String``; open where it is none, or not known.
+    """Return the ROS type of a class: ``std_msgs/msg/String``; open if it has none or is unknown.
 
     If there are several, the one that fits the kind of the entity is used: after `import *`, a name may be
     of any such module.

@@ -71,7 +71,7 @@ def call_parser(
 
 
 def _options(machine: Machine, parser: Made) -> Mapping:
-    """Return the values of the options of a parser, by name; `rest` says how each is written."""
+    """Return the values of the options of a parser, by name; `rest` has the text of each."""
     slot = parser.slots.get(_KEPT)
     if slot is None:
         machine.write_slot(parser, _KEPT, Mapping())

@@ -48,7 +48,7 @@ _ONLY_LOOK = frozenset(
         *("issubclass", "len", "ord", "print", "range", "repr", "round", "str", "type"),
     )
 )
-"""Built-in functions that keep nothing of their arguments and call none of them."""
+"""Built-in functions that neither keep nor call their arguments."""
 _CALLS_ITS_ARGUMENT = frozenset(("filter", "map", "max", "min", "sorted"))
 _THREADS = frozenset(("threading.Thread", "threading.Timer", "multiprocessing.Process"))
 """Their functions run when they are started."""

@@ -173,7 +173,7 @@ class DataFlow:
         return made if isinstance(made, New) else None
 
     def _messages(self, own: Arcs) -> tuple[Counter[pn.Place], Counter[pn.Place]]:
-        """Return the messages that a transition takes for good, and those that it adds."""
+        """Return the messages that a transition consumes, and those that it adds."""
         takes, puts = own.takes - own.puts, own.puts - own.takes
         return self._carried(takes), self._carried(puts)
 

@@ -115,7 +115,7 @@ class L1(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
 
 
 class L1ConfigureFails(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
-    """Configuring may fail, where the model says so."""
+    """Configuring may fail, if the model allows it."""
 
     node = Node(sym.NodeNet)
     life = Node(sym.Lifecycle, of=node.lifecycle, configureFails=True)
@@ -125,7 +125,7 @@ class L1ConfigureFails(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
 
 
 class L1ActivateFails(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
-    """Activating may fail, where the model says so."""
+    """Activating may fail, if the model allows it."""
 
     node = Node(sym.NodeNet)
     life = Node(sym.Lifecycle, of=node.lifecycle, activateFails=True)
@@ -135,7 +135,7 @@ class L1ActivateFails(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
 
 
 class L1Deactivate(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
-    """A managed node may be deactivated, where the model says so."""
+    """A managed node may be deactivated, if the model allows it."""
 
     node = Node(sym.NodeNet)
     life = Node(sym.Lifecycle, of=node.lifecycle, deactivates=True)

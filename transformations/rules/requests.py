@@ -401,7 +401,7 @@ class R7Sent(StandardRule, phase=Phase.services, middleware="ros2"):
 
 
 class R7Place(StandardRule, phase=Phase.services, middleware="ros2"):
-    """A client that gives up tells the node, where it names a place for that."""
+    """A client that gives up puts a token on a place of its node, if it names one."""
 
     client = Node(sym.ClientPort)
     told = Node(pn.Place, of=client.timedOut)

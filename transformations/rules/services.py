@@ -158,7 +158,7 @@ class S3(StandardRule, phase=Phase.services):
 
 
 class S1(StandardRule, phase=Phase.services):
-    """A client's calls: one request under way, or as many outstanding ones as it says (ROS 2)."""
+    """A client's calls: one request at a time, or as many outstanding ones as it specifies (ROS 2)."""
 
     service = Node(sym.ServiceChannel)
     client = Node(sym.ClientPort, channel=service)

@@ -33,7 +33,7 @@ class LayouterError(DinerosError):
 
 
 class ScriptError(DinerosError):
-    """A script raised an error; the next request is none the worse."""
+    """A script raised an error; later requests are not affected."""
 
 
 class Layouter:

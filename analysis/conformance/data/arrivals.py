@@ -29,7 +29,7 @@ _Sent = tuple[str, Data]
 
 
 class Arrivals:
-    """The data of messages under way, as the records tell it.
+    """The data of messages in transit, from the records.
 
     Parameters
     ----------

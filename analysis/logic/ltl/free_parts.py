@@ -200,7 +200,7 @@ class _Walk:
 
     def _drive(self, part: FreePart, transition: int, is_to_hold: bool) -> None:
         way = _driving(self._net, part, transition, self.local[part], self._free, is_to_hold)
-        assert way is not None, "a free part that is none"
+        assert way is not None, "the part is not free"
         for mover in way:
             self._fire(mover)
 
@@ -333,7 +333,7 @@ def _is_free(
 def _driving(
     net: CompiledNet, part: FreePart, transition: int, start: Local, free: Collection[int], is_to_hold: bool
 ) -> list[int] | None:
-    """Return movers after which a part fulfils, or violates, a transition's conditions; other ones hold."""
+    """Return movers after which a part fulfils, or violates, a transition's conditions; the others hold."""
     test = _Needs.of(net, transition, part.places.__contains__)
     others = _Needs.of(net, transition, lambda p: p not in free)
     return part.way(start, others, lambda tokens: test.are_met(tokens) is is_to_hold)

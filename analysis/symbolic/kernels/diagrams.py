@@ -115,7 +115,7 @@ def combine(  # type: ignore[no-untyped-def]
     recursion is unrolled because Numba breaks self-recursive functions when it loads them from its cache.
 
     All new nodes belong to the result. To let a second call continue from them, they must survive garbage
-    collection when the store is full: the buffer keeps them, and all else is removed from it.
+    collection when the store is full: the buffer keeps them, and everything else is removed from it.
     """
     if a == b:
         return 0 if operation == DIFFERENCE else a

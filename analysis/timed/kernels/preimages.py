@@ -17,7 +17,7 @@ from dineros.analysis.timed.kernels.records import UNBOUNDED, ZERO, plus
 
 @kernel()
 def copy(source, clocks, target):  # type: ignore[no-untyped-def]
-    """Copy a matrix of so many clocks."""
+    """Copy a matrix with this number of clocks."""
     for i in range(clocks + 1):
         for j in range(clocks + 1):
             target[i, j] = source[i, j]

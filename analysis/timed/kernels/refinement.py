@@ -49,7 +49,7 @@ from dineros.analysis.timed.kernels.records import decode
 
 @kernel(nogil=True)
 def refine(net, known, atoms, work, most):  # type: ignore[no-untyped-def]
-    """Check the edges to at most so many classes; say why it ends."""
+    """Check the edges to a limited number of classes; return why the check ended."""
     control = atoms.control
     for _ in range(most):
         if control[QUEUED] == 0:
@@ -126,7 +126,7 @@ def check(net, known, atoms, work, target, count):  # type: ignore[no-untyped-de
 
 @kernel()
 def has_room_to_split(atoms, work, number, clocks, pieces):  # type: ignore[no-untyped-def]
-    """Whether a class can be cut into so many pieces more."""
+    """Whether there is room to cut a class into this number of further pieces."""
     control = atoms.control
     degree = 0
     edge = atoms.first_out[number]
@@ -285,7 +285,7 @@ def merge(atoms, number, other):  # type: ignore[no-untyped-def]
 
 @kernel()
 def begin(known, atoms, work, final, bits, top):  # type: ignore[no-untyped-def]
-    """Take over strong classes and their edges; `final` says by class which one holds it."""
+    """Copy strong classes and their edges; `final` maps a class to the class that contains it."""
     numbers = work.numbers
     for old in range(final.size):
         if final[old] == old:

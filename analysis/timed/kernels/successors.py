@@ -57,7 +57,7 @@ def longest_record(work):  # type: ignore[no-untyped-def]
 
 @kernel()
 def has_room(net, known, work, firings):  # type: ignore[no-untyped-def]
-    """The table without room for so many further firings; `DONE` if all have room."""
+    """Return the table that has no room for a number of further firings; `DONE` if all have room."""
     control = known.control
     if (
         control[MARKINGS] + firings > LOAD * known.marking_table.size

@@ -87,7 +87,7 @@ class SmallerNet:
 
     @cached_property
     def bounds(self) -> GuardedBounds:
-        """What the state equation of the net without its times says."""
+        """Results of the state equation of the net without its times."""
         return GuardedBounds(self.plain)
 
     def remove_place(self, place: str) -> None:

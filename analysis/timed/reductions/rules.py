@@ -194,7 +194,7 @@ RULES: tuple[TimedRule, ...] = (NeverEnabled(), Overtaken(), StandsIn(), Unteste
 
 
 def _has(net: SmallerNet, place: str, guard: dict[str, int], needed: int) -> bool:
-    """Whether a place has so many tokens in each marking with at least the guard on other places."""
+    """Whether a place has enough tokens in each marking that has the guard's tokens on other places."""
     if net.bounds.excludes(guard):
         return True
     least = net.bounds.least(place, guard)

@@ -44,7 +44,7 @@ def begin(net, initial, first):  # type: ignore[no-untyped-def]
 
 @kernel()
 def fire(net, state, count, t, first, firings):  # type: ignore[no-untyped-def]
-    """Fire a transition, after so many firings; note what is new in `first`; return how many are enabled."""
+    """Fire a transition as the next firing; record what is new in `first`; return how many are enabled."""
     pointer, transition, weight, inhibits, _, change_pointer, change_place, change_tokens = net
     marking, missing, enabled, position = state
     for c in range(change_pointer[t], change_pointer[t + 1]):

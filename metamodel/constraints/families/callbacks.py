@@ -138,7 +138,7 @@ group_of_node_net = constraint(
     fix="use a callback group of its own node net",
     guard=lambda asking, index: asking.group is not None,
 )
-"""Makes a constraint of what `in_own_group` says of a callback or a client."""
+"""Makes a constraint from a finding of `in_own_group` about a callback or a client."""
 
 group_has_effect = constraint(
     "{it} is in {found}, which has no effect",
@@ -146,7 +146,7 @@ group_has_effect = constraint(
     severity="warning",
     guard=_is_of_node_net,
 )
-"""Makes a constraint of what `in_group_that_counts` says of a callback or a client."""
+"""Makes a constraint from a finding of `in_group_that_counts` about a callback or a client."""
 
 
 def in_own_group(asking: Asking, index: Index) -> Outcome:

@@ -119,7 +119,7 @@ def missed_in_one_node_net(port: sym.SubscriberPort, index: Index) -> Outcome:
     guard=lambda port, index: port.missed is not None and runs_callbacks(index.node_net_of(port.missed)),
 )
 def missed_begins_no_callback(port: sym.SubscriberPort, index: Index) -> Outcome:
-    """Where a node runs callbacks, a missed deadline begins none of them."""
+    """If a node runs callbacks, a missed deadline does not begin a callback."""
     page = callback_page_of(port.missed)
     return page is None or page is callback_page_of(port.place) or describe(page)
 

@@ -163,5 +163,5 @@ def suppression_until_day(suppression: pn.Suppression, index: Index) -> Outcome:
 
 @constraint("{it} gives no reason", fix="write why the finding is accepted")
 def suppression_has_reason(suppression: pn.Suppression, index: Index) -> Outcome:
-    """A suppression says why the finding is accepted."""
+    """A suppression gives the reason why the finding is accepted."""
     return bool((suppression.reason or "").strip())

@@ -152,7 +152,7 @@ def in_one_instance(request: pn.Place, other: pn.Place, index: Index, what: str 
     guard=lambda channel, index: channel.instances is None,
 )
 def service_circle_has_instances(channel: sym.ServiceChannel, index: Index) -> Outcome:
-    """Of services that call each other in a circle, one says how many instances it has."""
+    """If services call each other in a circle, one of them specifies its number of instances."""
     return index.once("circles of services", lambda: _service_circles(index)).get(channel, True)
 
 

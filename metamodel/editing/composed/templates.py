@@ -173,4 +173,4 @@ TEMPLATES: Mapping[str, Callable[[], sym.SystemModel]] = MappingProxyType(
         "action": action,
     }
 )
-"""What can be put into a system model, by name; the first line of each says what it is."""
+"""What can be added to a system model, by name; the first line of each docstring describes it."""

@@ -19,7 +19,7 @@ from dineros.metamodel.files.pnml.vocabulary import MATHML, tag
 
 
 def write_delay(xml: etree._Element, transition: pn.Transition) -> set[str]:
-    """Add the interval of a transition; return the features that it says without loss."""
+    """Add the interval of a transition; return the features that it expresses without loss."""
     interval = transition.interval
     if interval is None or not _is_sayable(interval):
         return set()

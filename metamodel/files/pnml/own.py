@@ -146,7 +146,7 @@ class Decoder:
         self._references: list[tuple[EObject, Any, str, etree._Element]] = []
 
     def decode(self, xml: etree._Element, model: EObject, done: Collection[str] = ()) -> None:
-        """Set features of a model element from an ``<element>``; what a block says wins."""
+        """Set features of a model element from an ``<element>``; values of a block take precedence."""
         todo = [(xml, model, frozenset(done) | MARKS)]
         while todo:
             xml, model, skip = todo.pop()

@@ -57,7 +57,7 @@ class NodeRecord(Record):
     kind: str = "place"
     ref: str | None = None
     tokens: int | None = None
-    """Of a place: the initial marking, None if the file says none."""
+    """Of a place: the initial marking, None if the file has none."""
     capacity: int | None = None
     interval: Interval | None = None
 

@@ -32,7 +32,7 @@ class Source:
         self.errors: list[ModelFileError] = []
         """What is wrong so far; `refuse_errors` raises it."""
         self.notes: list[str] = []
-        """Elements that were read in another way than the standard says."""
+        """Elements that were read in another way than the standard specifies."""
         self._class: tuple[str, int | None] | None = None
 
     def note(self, text: str) -> None:

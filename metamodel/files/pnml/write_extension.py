@@ -150,7 +150,7 @@ class ExtensionWriter:
         return said
 
     def says_interval(self, transition: pn.Transition) -> bool:
-        """Return whether the block of a transition says its interval."""
+        """Return whether the block of a transition states its interval."""
         interval = transition.interval
         return (
             self._version == "0.2"
@@ -247,7 +247,7 @@ class ExtensionWriter:
         return said
 
     def _action(self, xml: etree._Element, channel: sym.ActionChannel) -> set[str]:
-        """Say that it is an action; ports and all else are in our own block."""
+        """Write that it is an action; ports and everything else are in our own block."""
         block = self._block(xml)
         _add(block, "type", ACTION)
         if not _is_plain(channel.action):
@@ -261,7 +261,7 @@ def _add(xml: etree._Element, name: str, text: str) -> None:
 
 
 def _is_plain_port(port: sym.TopicPort) -> bool:
-    """Return whether the dialect has words for all that a port of a topic says."""
+    """Return whether the dialect can express all features of a port of a topic."""
     return all(
         getattr(port, name) == feature.get_default_value()
         for name, feature in features_of(type(port)).items()
@@ -296,7 +296,7 @@ def _is_plain_group(group: sym.CallbackGroup) -> bool:
 
 
 def _is_plain_client(client: sym.ClientPort) -> bool:
-    """Return whether the dialect has words for all that a client says."""
+    """Return whether the dialect can express all features of a client."""
     timed = client.timeout is not None or client.timedOut is not None
     more = timed or client.group is not None or client.waitsForService or client.latency is not None
     is_assumed = client.assumed is not None

@@ -16,7 +16,7 @@
     rest        ::= a formula, after 'check', 'graph', 'cost_rate' and the like; it is not read
 
 What the intermediate marking takes are arcs from places; what the effect adds to that are arcs to places. A
-guard that asks for more is a read arc, one with ``<`` an inhibitor arc. All else that the language can say,
+guard that asks for more is a read arc, one with ``<`` an inhibitor arc. Everything else in the language,
 such as variables, functions, parameters and speeds, is refused with its line.
 """
 

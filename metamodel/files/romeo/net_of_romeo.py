@@ -1,4 +1,4 @@
-"""What both formats of Romeo can say of a net: names, numbers, and priorities as one order."""
+"""What both formats of Romeo have in common: names, numbers, and priorities as one order."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What Romeo's files may say beyond time Petri nets: each is refused by its name, with the reason."""
+"""Refuses what Romeo's files may contain beyond time Petri nets, by its name, with the reason."""
 
 from __future__ import annotations
 
@@ -51,14 +51,14 @@ class Attributes:
         return value
 
     def flag(self, name: str) -> bool:
-        """Return whether a bound belongs to its interval: it does unless the file says otherwise."""
+        """Return whether a bound belongs to its interval; it does unless the file states otherwise."""
         text = (self.xml.get(name) or "1").strip()
         if text not in _TRUE | _FALSE:
             raise self.error(f"{name} is 1 or 0, not {text[:40]!r}")
         return text in _TRUE
 
     def refuse(self, name: str, neutral: tuple[str, ...], reason: str) -> None:
-        """Refuse an attribute that says something other than its neutral values."""
+        """Refuse an attribute with a value that is not neutral."""
         text = (self.xml.get(name) or "").strip()
         if text and text not in neutral:
             raise self.error(f"{name} {text[:40]!r} is not read", reason)
@@ -138,7 +138,7 @@ def refuse_text(xml: etree._Element, path: Path) -> None:
 
 
 def refuse_extras(net: etree._Element, path: Path) -> None:
-    """Refuse what a file says about the whole net beyond places, transitions and arcs.
+    """Refuse statements of a file about the whole net beyond places, transitions and arcs.
 
     Raises
     ------

@@ -21,7 +21,7 @@ _ROLES = {"?": pn.ArcKind.read, "?-": pn.ArcKind.inhibitor}
 
 @dataclass(slots=True)
 class _Node:
-    """What the declarations say of a place or transition."""
+    """What the declarations state about a place or transition."""
 
     token: Token
     label: str | None = None

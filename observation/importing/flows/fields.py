@@ -95,7 +95,7 @@ def certain(
     observed : iterable of ObservedNode
         All nodes: such a service has one server. What it answers may be open.
     given : Given
-        What people say of the nodes.
+        Hand-written facts about the nodes.
     """
     found, observed, loose = dict(deciding), list(observed), list[str]()
     for key, known in found.items():

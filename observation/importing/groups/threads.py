@@ -24,7 +24,7 @@ _WAITS = ("call", "wait", "result")
 
 
 def threads_in_code(fact: NodeFact, at: str) -> tuple[int | None, OpenThreads | None]:
-    """Return the threads of a node that is spun, and what the code says if it does not say their number.
+    """Return the threads of a spun node, and what the code states about them if it does not give a number.
 
     Parameters
     ----------

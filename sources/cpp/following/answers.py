@@ -1,7 +1,7 @@
 """Decides from the text of a function in C++ where it has a response from, and how a service makes one.
 
 A response is certain only if it has one name in one function, which does nothing with it but ask and assign
-its fields. All else is left open.
+its fields. Everything else is left open.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Decides from the text of a function which truth values the fields of a message or a response have.
 
 A field is certain only if its message has one name in one function, which does nothing with it but read and
-assign its fields: nothing else could change it or exchange it. All else is left open.
+assign its fields: nothing else could change it or exchange it. Everything else is left open.
 """
 
 from __future__ import annotations

@@ -61,7 +61,7 @@ class A5(StandardRule, phase=Phase.outcomes):
 
 
 class A5Tell(StandardRule, phase=Phase.outcomes):
-    """A slot tells the client whose goal it has; if the client does not listen, the message is discarded."""
+    """A slot sends feedback to the client of its goal; if the client does not listen, it is discarded."""
 
     action = Node(sym.ActionChannel)
     client = Node(sym.ActionClientPort, channel=action)

@@ -72,7 +72,7 @@ class Answer(Heard):
 
 
 class A1(StandardRule, phase=Phase.goals):
-    """A client's goals: one under way, or as many as it says."""
+    """A client's goals: one at a time, or as many as it specifies."""
 
     action = Node(sym.ActionChannel)
     client = Node(sym.ActionClientPort, channel=action)
@@ -188,7 +188,7 @@ class A2Reject(StandardRule, phase=Phase.goals):
 
 
 class A2Tell(StandardRule, phase=Phase.goals):
-    """It tells its node, where it names a place for that."""
+    """It puts a token on a place of its node, if it names one."""
 
     client = Node(sym.ActionClientPort)
     rejected = Node(pn.Place, of=client.rejected)

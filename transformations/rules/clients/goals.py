@@ -170,7 +170,7 @@ class G1Reject(StandardRule, phase=Phase.goals, middleware="ros2"):
 
 
 class G1Lost(StandardRule, phase=Phase.goals, middleware="ros2"):
-    """A client with so many goals under way waits for one that is lost."""
+    """A client with a limited number of goals under way waits for a goal that is lost."""
 
     action = Node(sym.ActionChannel)
     client = Node(sym.ActionClientPort, channel=action)
@@ -273,7 +273,7 @@ class G4(StandardRule, phase=Phase.forgetting, middleware="ros2"):
 
 
 class G4Ready(StandardRule, phase=Phase.forgetting, middleware="ros2"):
-    """So nothing says whether it is ready."""
+    """It is unknown whether the server is ready."""
 
     client = Node(sym.ActionClientPort, outstanding=UNLIMITED)
     counted = Made(A1.ready, of=client)

@@ -81,7 +81,7 @@ class R8GiveUp(StandardRule, phase=Phase.services, middleware="ros2"):
 
 
 class R8Place(StandardRule, phase=Phase.services, middleware="ros2"):
-    """It tells the node, where it names a place for that."""
+    """It puts a token on a place of its node, if it names one."""
 
     client = Node(sym.ClientPort)
     told = Node(pn.Place, of=client.timedOut)
@@ -102,7 +102,7 @@ class R8Always(StandardRule, phase=Phase.services, middleware="ros2"):
 
 
 class R8Ready(StandardRule, phase=Phase.services, middleware="ros2"):
-    """So nothing says whether it is ready."""
+    """It is unknown whether the server is ready."""
 
     client = Node(sym.ClientPort, outstanding=UNLIMITED)
     counted = Made(S1.ready, of=client)

@@ -79,7 +79,7 @@ class D11Wish(StandardRule, phase=Phase.intervals, middleware="ros2", times=True
 
 
 class D11End(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
-    """A goal is over when what works on it says so."""
+    """A goal ends when the transitions that work on it end it."""
 
     action = Node(sym.ActionChannel)
     end = Made(End, of=action)

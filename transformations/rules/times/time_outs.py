@@ -69,7 +69,7 @@ class D8Back(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 
 
 class D8BackPlace(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """Then it tells its node, too, where it names a place for that."""
+    """It also puts a token on a place of its node, if it names one."""
 
     client = Node(sym.ClientPort)
     told = Node(pn.Place, of=client.timedOut)

@@ -166,7 +166,7 @@ def balloon_fits(balloon: sym.BalloonToken, index: Index) -> Outcome:
     guard=lambda balloon, index: _type_of(balloon, index) is None,
 )
 def balloon_has_type(balloon: sym.BalloonToken, index: Index) -> Outcome:
-    """Where tokens carry data, the model says which."""
+    """If tokens carry data, the model specifies which."""
     return balloon.data.strip() in ("", "{}")
 
 

@@ -1,1 +1,1 @@
-"""What a system model says of time: each time must be of something that can take it."""
+"""Constraints on the times of a system model: each time must belong to an element that can take time."""

@@ -128,6 +128,6 @@ def _check_type(net: etree._Element, source: Source) -> None:
 
 
 def _last_part(net: etree._Element) -> str:
-    """Return what says the type of a net, in lower case."""
+    """Return the text that states the type of a net, in lower case."""
     lower = (net.get("type") or "").strip().lower().rstrip("/").removesuffix(".pntd")
     return lower if lower in _PLAIN_TYPES else lower.rpartition("/")[2]

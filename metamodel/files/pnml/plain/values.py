@@ -1,4 +1,4 @@
-"""What one place, transition or arc says: its marking, capacity, firing interval, weight and type.
+"""Values of one place, transition or arc: its marking, capacity, firing interval, weight and type.
 
 Read are the forms of the standard and those of other tools that mean the same beyond doubt. A doubled or
 contradictory value is an error that names both lines.
@@ -36,7 +36,7 @@ _REFUSED_TYPES = {
     "stopwatch-inhibitor": "stopwatch arcs stop a clock, which arcs cannot express here",
 }
 _UNTIMED = re.compile(r"\[0,\s*inf\)(:\d+)?")
-"""An interval of ages that says nothing, with the number of a transport arc."""
+"""An interval of ages that restricts nothing, with the number of a transport arc."""
 _UNBOUNDED = frozenset({"0", "-1", "inf", "infinity", "∞", "w", "omega"})
 """How tools write that a place has no capacity."""
 _OPEN = {
@@ -137,7 +137,7 @@ def check_labels(xml: etree._Element, source: Source) -> None:
 
 
 def tokens_of(place: etree._Element, source: Source) -> int | None:
-    """Return the initial marking of a place, or None if it says none."""
+    """Return the initial marking of a place, or None if it has none."""
     label = only(place, "initialMarking", source)
     text = label_text(label, source) if label is not None else ""
     attribute = place.get("initialMarking")
@@ -171,7 +171,7 @@ def capacity_of(place: etree._Element, source: Source) -> int | None:
 
 
 def weight_of(arc: etree._Element, source: Source) -> int:
-    """Return the weight of an arc, 1 where it says none."""
+    """Return the weight of an arc; 1 if the file has none."""
     label = only(arc, "inscription", source)
     said = label_text(label, source) if label is not None else ""
     where = arc if label is None else label
@@ -295,7 +295,7 @@ def _count(text: str, where: etree._Element, what: str, least: int, source: Sour
 
 
 def contradiction(xml: etree._Element, what: str, first: str, second: str, source: Source) -> ModelFileError:
-    """Return the error about an element that says one thing in two ways."""
+    """Return the error about an element with two statements of one thing."""
     both = f"{shortened(first)} and {shortened(second.strip())}"
     message = f"<{local(xml)}> {_named(xml)} gives its {what} twice: {both}"
     return source.error(message, xml, id=xml.get("id"))

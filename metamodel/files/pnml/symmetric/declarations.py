@@ -129,7 +129,7 @@ class Declarations:
         return self.sorts[id]
 
     def sort(self, xml: etree._Element, name: str | None = None) -> Sort:
-        """Return the sort that an element says.
+        """Return the sort that an element denotes.
 
         Raises
         ------

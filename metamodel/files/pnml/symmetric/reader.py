@@ -43,7 +43,7 @@ _HINT = "it may change the behaviour; remove it if it does not"
 
 @dataclass
 class ColouredNet:
-    """What a file says, before it is unfolded.
+    """The content of a file, before it is unfolded.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class ColouredNet:
 
 
 def read_symmetric(net: etree._Element, source: Source) -> pn.Net:
-    """Return the plain net of a symmetric net; `origins_of` says which place has which colour.
+    """Return the plain net of a symmetric net; `origins_of` maps places to their colours.
 
     Raises
     ------
