@@ -55,6 +55,8 @@ class Entity:
         Whether it is made with the default values of parameters and environment.
     is_lent : bool
         Whether code that is not in the folder gets it, and may use it.
+    order : int
+        Position in the start of its program, see `Effect.order`.
     """
 
     kind: str
@@ -67,6 +69,7 @@ class Entity:
     is_enabled: bool = True
     group: Entity | None = None
     is_lent: bool = False
+    order: int = 0
 
     @property
     def is_anonymous_group(self) -> bool:
@@ -122,6 +125,11 @@ class Effect:
         Fields of the published message that have this value each time.
     given : dict of str to bool
         Fields of the message that the callback received: it has the effect only if they are true or false.
+    is_repeated : bool
+        Whether it is a wait with a time-out that a loop repeats until it succeeds.
+    order : int
+        Position in the start of its program, from 1; what the same program does or makes later has a higher
+        number. 0: not in its main function or a constructor, or unknown.
     """
 
     do: str
@@ -136,6 +144,8 @@ class Effect:
     path: tuple[object, ...] = field(default=(), repr=False)
     sends: dict[str, Known] = field(default_factory=dict)
     given: dict[str, bool] = field(default_factory=dict)
+    is_repeated: bool = False
+    order: int = 0
 
     def to_json(self) -> dict[str, Any]:
         """Return the effect in the schema of the facts."""
@@ -259,6 +269,9 @@ class NodeFact:
         Attributes with few values, of which all assignments are known.
     is_lent : bool
         Whether code that is not in the folder gets it, and may use its ports.
+    spun : int
+        Position in the start of its program at which an executor begins to run its callbacks, see
+        `Effect.order`. 0: unknown.
     """
 
     cls: str
@@ -281,6 +294,7 @@ class NodeFact:
     variables: list[Variable] = field(default_factory=list)
     others: list[tuple[Place, str]] = field(default_factory=list)
     is_lent: bool = False
+    spun: int = 0
 
     def of(self, kind: str) -> list[Entity]:
         """Return the entities of a kind."""

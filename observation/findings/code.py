@@ -8,6 +8,8 @@ from dataclasses import replace
 from dineros.analysis.witnesses.findings import Fault, Finding, Severity
 from dineros.observation.findings.losing import FAULTS as OF_LOSSES
 from dineros.observation.findings.losing import losses, said
+from dineros.observation.findings.starting import FAULTS as OF_STARTS
+from dineros.observation.findings.starting import starts
 from dineros.sources.facts import HELD, CallbackFact, Effect, Facts, NodeFact, is_open
 from dineros.sources.places import Place, located
 
@@ -34,7 +36,8 @@ IGNORES = Fault("code-ignores", "note", "The result of a goal is ignored.", "{wh
 MAKES = Fault("code-makes-clients", "note", "A callback creates a client in each run.", "{who} {words}")
 
 FAULTS = {
-    fault.rule: fault for fault in (SLEEPS, WAITS, SPINS, LOOPS, HOLDS, OWN, IGNORES, MAKES, *OF_LOSSES)
+    fault.rule: fault
+    for fault in (SLEEPS, WAITS, SPINS, LOOPS, HOLDS, OWN, IGNORES, MAKES, *OF_LOSSES, *OF_STARTS)
 }
 """All of them, by name."""
 
@@ -58,6 +61,10 @@ def code_findings(read: Iterable[tuple[str, Facts]]) -> list[Finding]:
         Each folder, with its facts.
     """
     found: list[tuple[str, int, Finding]] = []
+    read = list(read)
+    folders = {id(node): folder for folder, facts in read for node in facts.nodes}
+    for node, place, finding in starts(node for _, facts in read for node in facts.nodes):
+        found.append(_at(place, folders[id(node)], finding))
     for folder, facts in read:
         for node in facts.nodes:
             for callback in node.callbacks:

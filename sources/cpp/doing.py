@@ -216,8 +216,10 @@ class Ros(Ports):
             self.machine.does("spin", "the node", call.node, call.frame, how="without end")
             return Const(None)
         self._pools += 1
+        order = self.machine.next_order()
         for each in nodes:
             if each.node is not None:
+                each.node.spun = order if not each.node.executor or not order else each.node.spun
                 each.node.executor, each.node.threads = executor, threads
                 each.node.pool = self._pools if len(nodes) > 1 else 0
         return Const(None)

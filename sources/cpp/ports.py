@@ -9,6 +9,7 @@ from dineros.sources.cpp.making import Maker
 from dineros.sources.cpp.parsing import on_text, text_of
 from dineros.sources.cpp.quality import PRESETS
 from dineros.sources.cpp.values import Const, Made, Obj, Open, Port, Value, constant, options
+from dineros.sources.cpp.waiting import is_repeated_until_true
 from dineros.sources.facts import CallbackFact, Effect, is_open
 
 SELF = {
@@ -135,7 +136,8 @@ class Ports:
         how = f"time-out {seconds} s" if seconds is not None else "without time-out"
         how = "time-out that is open" if call.args and seconds is None else how
         do = "wait_for_server" if on.entity.kind == "action_clients" else "wait_for_service"
-        self.machine.does(do, on.entity.port, call.node, call.frame, how, on.entity, seconds)
+        effect = self.machine.does(do, on.entity.port, call.node, call.frame, how, on.entity, seconds)
+        effect.is_repeated = is_repeated_until_true(call.node)
         return Open(do)
 
     def _request(self, call: Call, on: Port) -> Value:

@@ -23,6 +23,8 @@ _SIGNALS = ("condition_variable", "condition_variable_any", "semaphore", "latch"
 """A signal on which one callback waits, and that another one sets."""
 _WAITS = ("wait", "wait_for", "wait_until", "acquire", "try_acquire_for", "arrive_and_wait")
 _NOTIFIES = ("notify_one", "notify_all", "release", "count_down", "set_value", "set_exception")
+_LEAVES = ("break_statement", "return_statement", "throw_statement", "goto_statement")
+_EXITS = ("exit(", "std::exit(", "abort(", "std::abort(")
 _LONGEST = 60
 """Limit of the characters of an expression that names a lock."""
 
@@ -145,3 +147,23 @@ def _texts(node: Node) -> Iterator[str]:
     for each in inner.named_children if inner is not None else ():
         if each.type != "comment":
             yield text_of(each)
+
+
+def is_repeated_until_true(call: Node) -> bool:
+    """Return whether a ``while`` loop repeats a call until it returns true, or until shutdown."""
+    test = call.parent
+    loop = test.parent.parent if test is not None and test.parent is not None else None
+    if test is None or not text_of(test).startswith("!") or loop is None or loop.type != "while_statement":
+        return False
+    body = loop.child_by_field_name("body")
+    todo = [body] if body is not None else []
+    while todo:
+        part = todo.pop()
+        if part.type == "if_statement" and "ok()" in text_of(part.child_by_field_name("condition")):
+            rest = part.child_by_field_name("alternative")
+            todo += [rest] if rest is not None else []
+        elif part.type in _LEAVES or (part.type == "call_expression" and text_of(part).startswith(_EXITS)):
+            return False
+        else:
+            todo += part.named_children
+    return True

@@ -45,6 +45,7 @@ class _Plain:
                 "callbacks": [[role, self.callback(each)] for role, each in found.callbacks.items()],
                 "enabled": found.is_enabled,
                 "group": self.entity(found.group),
+                "order": found.order,
             }
         return self._seen[id(found)]
 
@@ -75,6 +76,7 @@ class _Plain:
             self.effects[at] = [
                 *(found.do, found.what, plain_place(found.at), found.when, found.how),
                 *(self.entity(found.entity), self.callback(found.then), found.timeout, list(found.holding)),
+                *(found.is_repeated, found.order),
             ]
         return self._seen[id(found)]
 
@@ -100,6 +102,7 @@ def to_plain(nodes: list[NodeFact]) -> dict[str, Any]:
             "threads": node.threads,
             "managed": node.managed,
             "pool": node.pool,
+            "spun": node.spun,
             "also_in": node.also_in,
             "others": [[plain_place(at), words] for at, words in node.others],
             "remappings": list(node.remappings.items()),
@@ -140,6 +143,7 @@ def from_plain(plain: Any) -> list[NodeFact]:
         entity.callbacks = {text_of(role): item_of(callbacks, each) for role, each in said["callbacks"]}
         entity.is_enabled = truth_of(said["enabled"])
         entity.group = None if said["group"] is None else item_of(entities, said["group"])
+        entity.order = number_of(said["order"])
     effects = [_effect(each, entities, callbacks) for each in plain["effects"]]
     for callback, said in zip(callbacks, plain["callbacks"], strict=True):
         callback.is_async, callback.is_open, callback.is_apart = map(truth_of, said["flags"])
@@ -155,6 +159,7 @@ def _node(said: Any, entities: list[Entity], callbacks: list[CallbackFact]) -> N
     threads = said["threads"]
     node.threads = threads if isinstance(threads, str) else number_of(threads)
     node.managed, node.pool = truth_of(said["managed"]), number_of(said["pool"])
+    node.spun = number_of(said["spun"])
     node.others = [(place_of(at), text_of(words)) for at, words in said["others"]]
     node.also_in = [text_of(each) for each in said["also_in"]]
     node.remappings = {text_of(key): text_of(value) for key, value in said["remappings"]}
@@ -164,7 +169,7 @@ def _node(said: Any, entities: list[Entity], callbacks: list[CallbackFact]) -> N
 
 
 def _effect(said: Any, entities: list[Entity], callbacks: list[CallbackFact]) -> Effect:
-    do, what, at, when, how, entity, then, timeout, holding = said
+    do, what, at, when, how, entity, then, timeout, holding, is_repeated, order = said
     if timeout is not None and (isinstance(timeout, bool) or not isinstance(timeout, (int, float))):
         raise TypeError
     return Effect(
@@ -173,4 +178,6 @@ def _effect(said: Any, entities: list[Entity], callbacks: list[CallbackFact]) ->
         then=None if then is None else item_of(callbacks, then),
         timeout=timeout,
         holding=tuple(text_of(each) for each in holding),
+        is_repeated=truth_of(is_repeated),
+        order=number_of(order),
     )

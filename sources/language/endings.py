@@ -1,4 +1,4 @@
-"""Determines from the code of a loop whether it may run forever."""
+"""Determines from the code of a loop how it ends: never, or with an event that it waits for."""
 
 from __future__ import annotations
 
@@ -44,3 +44,40 @@ def why_endless(node: ast.While) -> str:
     if any(isinstance(each, ast.Await) for each in ast.walk(node)):
         return ""
     return "the conditions of its exits do not depend on anything that the loop changes"
+
+
+_SERVERS = ("wait_for_service", "wait_for_server")
+"""Methods of clients that wait until a server is there; they return whether it is."""
+
+
+def waits_for_server(node: ast.While) -> bool:
+    """Return whether a loop ends only once a server is there, or at shutdown.
+
+    Examples
+    --------
+    >>> waits_for_server(ast.parse("while not c.wait_for_service(1.0): print('waiting')").body[0])
+    True
+    >>> waits_for_server(ast.parse("while not c.wait_for_service(1.0): break").body[0])
+    False
+    """
+    test = (
+        node.test.operand
+        if isinstance(node.test, ast.UnaryOp) and isinstance(node.test.op, ast.Not)
+        else None
+    )
+    if not (
+        isinstance(test, ast.Call) and isinstance(test.func, ast.Attribute) and test.func.attr in _SERVERS
+    ):
+        return False
+    todo: list[ast.AST] = list(node.body)
+    while todo:
+        part = todo.pop()
+        if isinstance(part, ast.If) and "ok()" in ast.unparse(part.test):
+            todo += part.orelse  # it ends at shutdown
+        elif isinstance(part, (ast.Break, ast.Return, ast.Raise)) or (
+            isinstance(part, ast.Call) and ast.unparse(part.func).rpartition(".")[2] in ("exit", "_exit")
+        ):
+            return False
+        else:
+            todo += ast.iter_child_nodes(part)
+    return True

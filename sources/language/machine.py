@@ -100,6 +100,10 @@ class Activity:
             self.holding.remove(last)
 
 
+STARTING = ("constructor", "main", "module")
+"""Kinds of code that runs, in its order, when a program starts."""
+
+
 class Library(Protocol):
     """Interprets functions that are not in the folder."""
 
@@ -161,6 +165,7 @@ class Machine(Slots):
         self.steps = 0
         self.most_steps = MOST_STEPS
         self.pools = 0
+        self._order = 0
         self.home = ""
         self.stars: dict[str, list[str]] = {}  # of modules outside of the folder, by the file
         self.attributes = Attributes()
@@ -326,9 +331,17 @@ class Machine(Slots):
                 return known
         found = Effect(do, what, at, when, how, entity, None, timeout, activity.locks(), path)
         found.sends = dict(sends or {})
+        found.order = self.next_order()
         activity.fact.effects.append(found)
         activity.block.append(Do(found))
         return found
+
+    def next_order(self) -> int:
+        """Return the next position in the start of the program; 0 outside of it."""
+        if self.activity.fact.kind not in STARTING:
+            return 0
+        self._order += 1
+        return self._order
 
     def later(
         self, function: Value, kind: str, node: NodeFact | None, args: list[Value], key: object

@@ -42,6 +42,7 @@ class Executors:
         self._of: dict[int, Made] = {}
         self._started: set[int] = set()
         self._kept: list[Made] = []
+        self._spun: list[NodeFact] = []
 
     def of(self, fact: NodeFact | None) -> Value | None:
         """Return the executor of a node."""
@@ -94,6 +95,10 @@ class Executors:
             fact.threads = threads
             words = how if executor is self._global else f"{kind}, {how}"
             fact.executor = f"{words} ({made.at})"
+        order = self.machine.next_order()
+        if fact not in self._spun or not order:  # a thread may spin earlier than the main function
+            self._spun.append(fact)
+            fact.spun = order
         fact.pool = self._pool(executor)
         self._of[id(fact)] = executor
 

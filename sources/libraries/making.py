@@ -172,6 +172,7 @@ class Maker:
         found.is_enabled = not activity.disabled
         if activity.fact.kind not in CONSTRUCTORS:
             found.details["created_in"] = activity.fact.name
+        found.order = machine.next_order()
         fact.entities.append(found)
         return found, True
 

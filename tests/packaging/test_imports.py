@@ -165,7 +165,7 @@ FOLDERS = {
     "sources/cpp": [
         *("parsing", "declarators", "tables", "index", "values", "operations", "quality", "following"),
         *("keeping", "binding", "interpreting"),
-        *("making", "left_out", "ports", "waiting", "doing", "replaced", "programs"),
+        *("making", "left_out", "waiting", "ports", "doing", "replaced", "programs"),
     ],
     "sources/cpp/interpreting": ["parameters", "naming", "lists", "formatting", "generated", "loading"],
     "sources/cpp/following": [

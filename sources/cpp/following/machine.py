@@ -118,6 +118,7 @@ class Machine(Ways):
         ] = {}
         """Of effects, by id: when, and the calls, iterations and branches that led to it first."""
         self._happened = 0
+        self._order = 0
         self._stored: list[str] = []
         self.writes: dict[int, set[str]] = {}
         """The members that code has set, by id of its node."""
@@ -199,6 +200,7 @@ class Machine(Ways):
             same[-1].when = "in a loop"
             self.block.append(Do(same[-1]))
             return same[-1]
+        effect.order = self.next_order()
         self._led[id(effect)] = (effect.when, tuple(self.calls), tuple(self.turns), tuple(self.branching))
         self.happens()
         self.fact.effects.append(effect)
@@ -220,6 +222,13 @@ class Machine(Ways):
             return False
         return (calls, turns) != (tuple(self.calls), tuple(self.turns))
 
+    def next_order(self) -> int:
+        """Return the next position in the start of the program; 0 outside of it."""
+        if self.role not in ("main", "constructor"):
+            return 0
+        self._order += 1
+        return self._order
+
     def entity_of(self, kind: str, port: str, node: Node, frame: Frame, owner: Obj) -> Entity:
         """Return the entity that an expression creates; the same one if it is read twice."""
         place = self.place(node, frame)
@@ -237,6 +246,7 @@ class Machine(Ways):
             elif self.cond:
                 found.details["conditional"] = "made under a condition"
             if owner.node is not None:
+                found.order = self.next_order()
                 owner.node.entities.append(found)
         return found
 

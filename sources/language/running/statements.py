@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 from dineros.sources.branches import Anything, Attempt, Branch, Condition, Leave, Loop, Turns
 from dineros.sources.language.attributes import Written
-from dineros.sources.language.endings import why_endless
+from dineros.sources.language.endings import waits_for_server, why_endless
 from dineros.sources.language.machine import BREAKS, CONTINUES, FALLS, RAISES, RETURNS, Activity
 from dineros.sources.language.operations import Verdict
 from dineros.sources.language.running.matching import Matching, merge
@@ -311,6 +311,7 @@ class Statements(Matching):
         self.activity.loops -= 1
         self.activity.is_lost |= bool(node.orelse)
         self._polls(node, frame)
+        self._repeats(node, frame)
         if verdict is False and not origin:
             return self.execute(node.orelse, frame)
         is_endless = verdict is True and not origin
@@ -322,6 +323,13 @@ class Statements(Matching):
         if node.orelse and not is_endless:
             ends |= self.execute(node.orelse, frame)
         return ends
+
+    def _repeats(self, node: ast.While, frame: Frame) -> None:
+        """Record that a loop repeats a wait for a server until the server is there."""
+        at = self.place(node, frame)
+        for effect in self.activity.fact.effects if waits_for_server(node) else ():
+            if effect.at == at and effect.do.startswith("wait_for_"):
+                effect.is_repeated = True
 
     def _polls(self, node: ast.While, frame: Frame) -> None:
         """Record that a loop waits for a future that it tests repeatedly."""

@@ -1,0 +1,139 @@
+"""Finds programs that wait in vain while they start.
+
+A node that waits for a server in its constructor offers what it creates later only after that wait. If the
+server's node waits in the same way for something that the first node has not created yet, neither ever
+starts. And a node that calls a service before an executor runs it never processes the response.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+from dineros.analysis.witnesses.findings import Fault, Finding
+from dineros.observation.findings.losing import full_name
+from dineros.sources.facts import Effect, Entity, NodeFact, is_open
+from dineros.sources.places import Place
+
+STARTS = Fault(
+    "code-never-starts",
+    "error",
+    "Nodes wait for servers while they start, and create what others wait for only afterwards.",
+    "{who} never starts: it waits for {what}{why}",
+)
+UNSPUN = Fault(
+    "code-waits-unspun",
+    "error",
+    "A program waits for a response before an executor runs the node.",
+    "{who} waits for the response of {what} before an executor runs the node: forever, as nothing "
+    "processes the response",
+)
+
+FAULTS = (STARTS, UNSPUN)
+
+_SERVERS = {"wait_for_service": ("services", "service"), "wait_for_server": ("action_servers", "action")}
+"""What each wait waits for: the kind of the entity, and its name for people."""
+
+_STARTS = ("constructor", "main", "module")
+
+
+@dataclass(frozen=True)
+class _Wait:
+    """A wait without end, or repeated without end, of the thread that starts a program."""
+
+    node: NodeFact
+    callback: str
+    effect: Effect
+    name: str
+
+
+def starts(nodes: Iterable[NodeFact]) -> Iterator[tuple[NodeFact, Place, Finding]]:
+    """Yield the findings of starts, each with its node and line.
+
+    Parameters
+    ----------
+    nodes : iterable of NodeFact
+        All nodes that run together.
+    """
+    every = list(nodes)
+    waits = [each for node in every for each in _waits(node)]
+    stuck = _stuck(waits, every)
+    for wait in stuck:
+        kind, words = _SERVERS[wait.effect.do]
+        servers = [node for node, _ in _servers(wait.name, kind, every)]
+        names = sorted({node.name for node in servers})
+        before = [each.name for each in stuck if each.node in servers and each is not wait]
+        why = f", which {_one_of(names)} creates only later"
+        if before:
+            why += f", after it has waited for {_one_of([f'/{name}' for name in dict.fromkeys(before)])}"
+        elif wait.node in servers:
+            why += ", after this wait"
+        what = f"{words} /{wait.name}"
+        found = STARTS.found(wait.node.name, wait.callback, who=wait.node.name, what=what, why=why)
+        yield wait.node, wait.effect.at, found
+    for node in every:
+        yield from ((node, *each) for each in _unspun(node))
+
+
+def _one_of(names: Sequence[str]) -> str:
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} or {names[-1]}"
+
+
+def _waits(node: NodeFact) -> Iterator[_Wait]:
+    """Yield the waits of a node that certainly come while its program starts, in their order."""
+    for callback in node.callbacks:
+        for effect in callback.effects:
+            entity = effect.entity
+            if effect.do not in _SERVERS or not effect.order or entity is None or is_open(entity.name):
+                continue
+            is_endless = effect.is_repeated or (effect.timeout is None and effect.how == "without time-out")
+            is_certain = effect.when == "always" or effect.is_repeated
+            if entity in node.entities and is_endless and is_certain:
+                yield _Wait(node, callback.name, effect, full_name(entity, node))
+
+
+def _servers(name: str, kind: str, nodes: Iterable[NodeFact]) -> list[tuple[NodeFact, Entity]]:
+    return [
+        (node, each)
+        for node in nodes
+        for each in node.of(kind)
+        if is_open(each.name) or full_name(each, node) == name
+    ]
+
+
+def _stuck(waits: list[_Wait], nodes: list[NodeFact]) -> list[_Wait]:
+    """Return the waits that never end: each server waited for is created after another one of them.
+
+    A wait for a server that no node of the code creates may end, as other nodes may create it.
+    """
+    stuck = list(waits)
+    while True:
+        left = [
+            each
+            for each in stuck
+            if (servers := _servers(each.name, _SERVERS[each.effect.do][0], nodes))
+            and all(any(_precedes(wait, *server) for wait in stuck) for server in servers)
+        ]
+        if len(left) == len(stuck):
+            return left
+        stuck = left
+
+
+def _precedes(wait: _Wait, node: NodeFact, server: Entity) -> bool:
+    """Return whether a wait ends before the same thread creates a server."""
+    is_one = wait.node is node or (wait.node.program == node.program != "")
+    return is_one and 0 < wait.effect.order < server.order
+
+
+def _unspun(node: NodeFact) -> Iterator[tuple[Place, Finding]]:
+    """Yield calls of the thread that starts a node, before it begins to run its callbacks."""
+    for callback in node.callbacks if node.spun else ():
+        for effect in callback.effects if callback.kind in _STARTS else ():
+            entity = effect.entity
+            if effect.do != "call" or entity is None or entity not in node.entities:
+                continue
+            is_endless = effect.how == "blocks, without time-out" and effect.when == "always"
+            if is_endless and 0 < effect.order < node.spun:
+                who = f"{callback.name} of {node.name}"
+                found = UNSPUN.found(node.name, callback.name, who=who, what=entity.name or entity.port)
+                yield effect.at, found
