@@ -202,6 +202,11 @@ def _own(
             words = f"locks {effect.what}, which it already holds: it waits for itself forever"
             found = OWN.found(node.name, callback.name, who=who, words=words)
             yield effect.at, found if effect.when == "always" else replace(found, severity="warning")
+        elif callback.kind == "done callback" and _blocks_for_goal(effect) and _may_be_one(node):
+            words = f"waits for {_GOALS[effect.do]} of a goal, which needs the only thread, and never ends"
+            found = OWN.found(node.name, callback.name, who=who, words=f"{words}{_if_one(node)}")
+            is_certain = node.threads == 1 and effect.when == "always"
+            yield effect.at, found if is_certain else replace(found, severity="warning")
         elif effect.do == "wait" and (why := _never_meanwhile(callback, node, effect.what, nodes)):
             found = OWN.found(node.name, callback.name, who=who, words=f"waits for {effect.what}, {why}")
             ends = f": it waits {effect.timeout:g} s in vain" if effect.timeout is not None else ": forever"
@@ -209,6 +214,13 @@ def _own(
             severity: Severity = "error" if is_certain else "warning"
             message = f"{found.message}{ends}, if that is not set before"
             yield effect.at, replace(found, severity=severity, message=message)
+
+
+_GOALS = {"send_goal": "the acceptance", "get_result": "the result"}
+
+
+def _blocks_for_goal(effect: Effect) -> bool:
+    return effect.do in _GOALS and effect.how.startswith(("blocks", "polled")) and effect.timeout is None
 
 
 def _never_meanwhile(

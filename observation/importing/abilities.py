@@ -86,13 +86,17 @@ class Abilities:
         }
 
     def _waits(self) -> dict[Step, pn.Place]:
-        """Return the places that mark the arrival of messages and results for which a callback waits."""
+        """Return the places that mark messages, acceptances and results for which a callback waits."""
         said = {step for callback in self._said.callbacks.values() for step in callback.does or ()}
         topics = {each.topic for each in self._node.subscribers}
         actions = {each.name for each in self._node.action_clients}
         return {
             Step(step.verb, step.name): self._single(f"{word}_{flat(step.name)}")
-            for verb, names, word in (("wait", topics, "message_of"), ("result", actions, "result_of"))
+            for verb, names, word in (
+                ("wait", topics, "message_of"),
+                ("accepted", actions, "acceptance_of"),
+                ("result", actions, "result_of"),
+            )
             for step in sorted({Step(each.verb, each.name) for each in said}, key=str)
             if step.verb == verb and step.name in names
         }

@@ -7,6 +7,7 @@ number of times; or it ends.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 
@@ -117,15 +118,15 @@ class Body:
             return self._follow(state, branches)
         if steps is None:
             for step in self._possible.steps():
-                self._do(step, state, state)
+                self._do(step, state, state, is_chosen=True)
             return state
         self._limit(steps)
         for step in steps:
             if step.times == "*":
-                self._do(step, state, state)
+                self._do(step, state, state, is_chosen=True)
                 continue
             after = self.place("goes_on")
-            self._do(step, state, after)
+            self._do(step, state, after, is_chosen=step.times == "?")
             if step.times == "?":
                 flow(state, self.transition(f"without_{flat(step.name)}", at=step.at), after)
             state = after
@@ -190,10 +191,11 @@ class Body:
                     states[state] = self.place("goes_on")
         if branches.end not in states:
             states[branches.end] = self.place("goes_on")  # nothing leads there
+        leaving = Counter(edge.source for edge in branches.edges)
         for edge in branches.edges:
             before, after, label = states[edge.source], states[edge.target], edge.label
             if isinstance(label, Step):
-                self._do(label, before, after)
+                self._do(label, before, after, is_chosen=leaving[edge.source] > 1)
             elif isinstance(label, Set):
                 self._set(label, before, after)
             elif isinstance(label, Has):
@@ -231,7 +233,8 @@ class Body:
         if kept is None:
             return state
         after, here = self.place("stored"), self._here(kept)
-        first, again = self.transition("stores"), self.transition("stores_again")
+        at = str(self.page.sourceLine or "")
+        first, again = self.transition("stores", at=at), self.transition("stores_again", at=at)
         flow(state, first, after)
         flow(first, here)
         flow(state, again, after)
@@ -245,7 +248,8 @@ class Body:
         else:
             flow(state, self.transition("answers"), exit)
 
-    def _do(self, step: Step, before: pn.Place, after: pn.Place) -> None:
+    def _do(self, step: Step, before: pn.Place, after: pn.Place, *, is_chosen: bool = False) -> None:
+        """Add a step; one that is chosen among others is begun first, so that a wait can last forever."""
         name = flat(step.name)
         if step.verb == "call":
             client = step.name, step.group
@@ -266,6 +270,10 @@ class Body:
             return
         kept = self._possible.waits.get(Step(step.verb, step.name))
         if kept is not None:
+            if is_chosen:
+                waiting = self.place("waits")
+                flow(before, self.transition(f"begins_to_wait_for_{name}", at=step.at), waiting)
+                before = waiting
             waits = self.transition(f"waits_for_{name}", at=step.at)
             flow(before, waits, after)
             flow(self._here(kept), waits)

@@ -435,6 +435,7 @@ class _CodedNode:
                         times="?" if step.times == "" else step.times,
                     )
                     for step in found or ()
+                    if step.verb not in ("accepted", "result")  # their wait needs no thread of an executor
                 ]
         if steps:
             name = free_name(MAIN, timers)

@@ -229,7 +229,7 @@ def read_given(path: Path) -> Given:
 
 
 _Channel = TypeVar("_Channel", GivenTopic, GivenService)
-_STEP = re.compile(r"(publish|call|send|goal|cancel|wait|result)\s+(\S+?)(?:\s*([?*]))?")
+_STEP = re.compile(r"(publish|call|send|goal|accepted|cancel|wait|result)\s+(\S+?)(?:\s*([?*]))?")
 _PROPERTY = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,99}")
 _SLEEP = re.compile(r"sleep\s+(\d{1,8}(?:\.\d{1,9})?)(?:\s*(\?))?")
 

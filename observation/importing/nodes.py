@@ -234,7 +234,7 @@ class NodeBuilder(Abilities):
             key = self._key(name)
             kept = self._possible.waits.get(Step("result", name))
             ended = self._answer(key, f"on_result_of_{flat(name)}", *self._does(key), kept)
-            told = self._told(key, flat(name))
+            told = self._told(key, name)
             port = sym.ActionClientPort(
                 client=self._net.id,
                 goal=self._possible.puts[Step("goal", name)][0],
@@ -251,13 +251,18 @@ class NodeBuilder(Abilities):
             self._channels.want(client, port)
 
     def _told(self, key: str, name: str) -> tuple[sym.Place | None, sym.Place | None]:
-        """Add the handling of accepted and rejected goals, if it depends on variables."""
-        said = self._said.callbacks.get(key, GivenCallback())
-        if said.accepted is None or said.rejected is None or not self._possible.variables:
+        """Add the handling of accepted and refused goals, if it depends on variables or a callback waits."""
+        said, word = self._said.callbacks.get(key, GivenCallback()), flat(name)
+        kept, result = (self._possible.waits.get(Step(verb, name)) for verb in ("accepted", "result"))
+        is_known = said.accepted is not None and said.rejected is not None and bool(self._possible.variables)
+        if not is_known and kept is None:
             return None, None
+        accepted, rejected = (said.accepted, said.rejected) if is_known else (None, None)
         return (
-            self._answer(key, f"on_acceptance_by_{name}", (), self._able(key, said.accepted)),
-            self._answer(key, f"on_refusal_by_{name}", (), self._able(key, said.rejected)),
+            self._answer(key, f"on_acceptance_by_{word}", (), accepted and self._able(key, accepted), kept),
+            self._answer(
+                key, f"on_refusal_by_{word}", (), rejected and self._able(key, rejected), kept, result
+            ),
         )
 
     def _answer(
@@ -266,14 +271,17 @@ class NodeBuilder(Abilities):
         word: str,
         steps: tuple[Step, ...] | None,
         branches: Flow | None = None,
-        kept: pn.Place | None = None,
+        *kept: pn.Place | None,
         tokens: sym.TokenType | None = None,
     ) -> sym.Place:
         body = self._page(name, word, "client")
         place, begin = body.place("answer"), body.transition("begins")
         place.tokenType = tokens
         flow(place, begin)
-        body.end(body.store(body.run(begin, steps, branches, place), kept))
+        state = body.run(begin, steps, branches, place)
+        for each in kept:
+            state = body.store(state, each)
+        body.end(state)
         return place
 
     def _page(self, name: str, word: str, kind: str, timer: float | None = None, at: str = "") -> Body:

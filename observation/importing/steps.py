@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 from dineros.observation.importing.assuming import Taken
+from dineros.observation.importing.flows.goals import acceptance_after, waits_for_goal
 from dineros.observation.importing.flows.labels import Deciding, Step
 from dineros.sources.facts import CallbackFact, Effect, Entity
 from dineros.sources.places import located
@@ -74,7 +75,7 @@ class Behaviour:
                 return None
             step = self.step(effect)
             if step is not None:
-                found.append(step)
+                found += [step, *acceptance_after(effect, step)]
             elif effect.entity not in self._own:  # otherwise it is reported where the entity is omitted
                 self._taken.lack(f"{at}: uses {effect.what} of another node; omitted in the model")
         return tuple(found)
@@ -116,6 +117,8 @@ class Behaviour:
             return "publish"
         if effect.do == "call":
             return "call" if effect.how.startswith(_WAITS) else "send"
+        if effect.do == "get_result":
+            return "result" if waits_for_goal(effect) else None
         return {"send_goal": "goal", "cancel_goal": "cancel"}.get(effect.do)
 
     @staticmethod
@@ -123,8 +126,11 @@ class Behaviour:
         """Return whether a callback releases its thread while it waits: it awaits, spins, or has its own."""
         if fact.is_apart:
             return True
-        calls = [effect.how for effect in fact.effects if effect.do == "call"]
-        waits = [how for how in calls if how.startswith(_WAITS)]
+        waits = [
+            effect.how
+            for effect in fact.effects
+            if (effect.do == "call" and effect.how.startswith(_WAITS)) or waits_for_goal(effect)
+        ]
         return bool(waits) and all(how.startswith(("await", "spin-until")) for how in waits)
 
     def after(self, client: Entity, callbacks: Iterable[CallbackFact]) -> tuple[Step, ...] | None:
@@ -138,8 +144,16 @@ class Behaviour:
                     steps = self.steps(effect.then)
                     if steps is None:
                         return None
+                    steps = tuple(step for step in steps if not self._is_in_answer(step))
                     is_certain = effect.do == "call" and not found
                     found += [
                         step if is_certain or step.times else replace(step, times="?") for step in steps
                     ]
         return tuple(dict.fromkeys(found))
+
+    def _is_in_answer(self, step: Step) -> bool:
+        """Return whether a done callback waits for a goal: the callback of results cannot wait for itself."""
+        if step.verb not in ("accepted", "result"):
+            return False
+        self._taken.lack(f"{step.at}: waits for a goal of {step.name}; in the model it continues at once")
+        return True

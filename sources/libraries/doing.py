@@ -135,13 +135,14 @@ class Doer:
             effect("wait_for_server", entity.port, node, frame, within(given), entity, seconds(given))
             return Open("is ready")
         if name in ("send_goal_async", "send_goal"):
-            is_async = name == "send_goal_async"
-            how = "async" if is_async else "blocks, without time-out"
-            found = effect("send_goal", entity.port, node, frame, how, entity)
+            found = effect("send_goal", entity.port, node, frame, "async", entity)
             feedback = call.argument(1, "feedback_callback")
             if not is_none(feedback) and feedback is not None:
                 self.machine.later(feedback, "feedback", port.node, [Open("feedback")], str(found.at))
-            return Future("goal", found, entity) if is_async else Open("result")
+            if name == "send_goal_async":
+                return Future("goal", found, entity)
+            effect("get_result", "goal", node, frame, "blocks, without time-out", entity)
+            return Open("result")
         return None
 
     # -------------------------------------------------------------------------------------- goals and futures

@@ -93,7 +93,7 @@ class Branching:
 
     def __init__(
         self,
-        step: Callable[[Effect], tuple[Label, bool] | None],
+        steps: Callable[[Effect], tuple[list[Label], bool] | None],
         names: Mapping[Variable, str],
         texts: Callable[[Variable], Mapping[tuple[object, ...], str]],
         accepted: bool | None = None,
@@ -104,7 +104,7 @@ class Branching:
         self._responses = responses or Responses()
         self._received = received
         self._folder = folder
-        self._step, self._names, self._texts, self._accepted = step, names, texts, accepted
+        self._steps, self._names, self._texts, self._accepted = steps, names, texts, accepted
         self._ways: dict[str, int] = {"returns": END, "raises": END, "breaks": END, "continues": END}
         self._trap: int | None = None
         self.graph = Graph()
@@ -171,12 +171,12 @@ class Branching:
         return state
 
     def _does(self, item: Do, state: int) -> int:
-        found, effect = self._step(item.effect), item.effect
+        found, effect = self._steps(item.effect), item.effect
         asked = self._responses.calls.get(effect)
         unknown = None if asked is None else Know(effect, None)
         if found is None:
             return state if unknown is None else self._marked(state, unknown)
-        label, is_perhaps = found
+        (label, *waits), is_perhaps = found
         after = self._state()
         if asked is not None and isinstance(label, Step) and label.verb == "call":
             for value in asked.texts:
@@ -185,6 +185,10 @@ class Branching:
                 self.graph.edge(answered, Know(effect, value), after)
         else:
             self.graph.edge(state, label, after)
+            for wait in waits:
+                waited = self._state()
+                self.graph.edge(after, wait, waited)
+                after = waited
             after = after if unknown is None else self._marked(after, unknown)
         if is_perhaps:
             self.graph.edge(state, unknown, after)

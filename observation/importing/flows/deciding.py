@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 from dineros.observation.importing.flows.branching import Branching, Responses
+from dineros.observation.importing.flows.goals import acceptance_after
 from dineros.observation.importing.flows.graphs import either, passes, simplified, variables_of, without_marks
 from dineros.observation.importing.flows.knowing import decided, followed, has_data
 from dineros.observation.importing.flows.labels import (
@@ -123,7 +124,7 @@ class Decisions:
         tests = [each for each in tested(fact) if each.name == field.name]
         branches = []
         for value in field.texts:
-            made = Branching(self._label, {}, _texts, None, self._folder, (field, value))
+            made = Branching(self._labels, {}, _texts, None, self._folder, (field, value))
             start = made.read(fact.body or [])
             branches.append((value, without_marks(simplified(made.graph, start, {}))))
         flows = [flow for _, flow in branches]
@@ -177,7 +178,7 @@ class Decisions:
         return self._flows[fact, accepted]
 
     def _built(self, fact: CallbackFact, accepted: bool | None, responses: Responses) -> Flow:
-        made = Branching(self._label, self._variables, _texts, accepted, self._folder, None, responses)
+        made = Branching(self._labels, self._variables, _texts, accepted, self._folder, None, responses)
         start = made.read(fact.body or [])
         values = {name: tuple(_texts(each).values()) for each, name in self._variables.items()}
         if responses == Responses():
@@ -212,11 +213,12 @@ class Decisions:
         clients = [self._names[each] for each in self._names if each.kind == "clients"]
         return client is not None and clients.count(self._names[client]) == 1
 
-    def _label(self, effect: Effect) -> tuple[Label, bool] | None:
+    def _labels(self, effect: Effect) -> tuple[list[Label], bool] | None:
+        """Return what an effect does, in order, and whether it is optional; None: nothing in the model."""
         if effect.do == "get_result" and effect.then is not None:
-            return _RESULT, False
+            return [_RESULT], False
         step = self._step(effect)
-        return None if step is None else (step, bool(step.times))
+        return None if step is None else ([step, *acceptance_after(effect, step)], bool(step.times))
 
     # ------------------------------------------------------------------------------------- which are certain
 

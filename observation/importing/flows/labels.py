@@ -16,10 +16,10 @@ class Step:
 
     Attributes
     ----------
-    verb : {"publish", "call", "send", "goal", "cancel", "wait", "result"}
+    verb : {"publish", "call", "send", "goal", "accepted", "cancel", "wait", "result"}
         Publish a message; call a service and wait for the answer; send a request and continue; send a goal;
-        ask to cancel it; wait until the callback of a subscription has taken a message; wait until the
-        result of a goal is there.
+        wait until a goal is accepted or refused; ask to cancel it; wait until the callback of a subscription
+        has taken a message; wait until the result of a goal is there.
     name : str
         Full name of the topic, service or action.
     times : {"", "?", "*"}
@@ -48,6 +48,10 @@ class Step:
 
     def __str__(self) -> str:
         return f"{self.verb} {self.name}{f' {self.times}' if self.times else ''}"
+
+
+WAITS = ("call", "accepted", "wait", "result")
+"""Verbs of steps that wait."""
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 from dineros.observation.importing.flows.graphs import from_edges, simplified
-from dineros.observation.importing.flows.labels import Ask, Edge, Flow, Label, Set, Step
+from dineros.observation.importing.flows.labels import WAITS, Ask, Edge, Flow, Label, Set, Step
 
 Known = dict[str, frozenset[str]]
 """The possible values of variables in a state."""
@@ -63,7 +63,7 @@ def _after(label: Label, known: Known, every: Known, keeps_waiting: bool) -> Kno
         return {**known, label.variable: left} if left else None
     if isinstance(label, Set) and label.variable in known:
         return {**known, label.variable: frozenset((label.value,))}
-    waits = isinstance(label, Step) and label.verb in ("call", "wait", "result")
+    waits = isinstance(label, Step) and label.verb in WAITS
     return every if waits and not keeps_waiting else known
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from dineros.observation.importing.flows.labels import Label, Step
+from dineros.observation.importing.flows.labels import WAITS, Label, Step
 from dineros.observation.importing.given import Given, GivenCallback, GivenNode, OpenThreads
 from dineros.observation.systems import ObservedNode, ObservedSystem
 from dineros.sources.facts import NodeFact, is_open
@@ -19,7 +19,6 @@ PROCESSORS = 4
 """Assumed threads of an executor with one thread per processor."""
 LEAST_OF_RCLCPP = 2
 """Least threads of a `rclcpp` executor with one thread per processor; of `rclpy`, a single one."""
-_WAITS = ("call", "wait", "result")
 """Steps that keep a thread until something else happens."""
 
 
@@ -88,7 +87,7 @@ def _keeps_a_thread(callback: GivenCallback, node: ObservedNode) -> bool:
         return True
     if callback.does is None and (node.clients or node.action_clients):
         return True
-    return any(isinstance(each, Step) and each.verb in _WAITS for each in _labels(callback))
+    return any(isinstance(each, Step) and each.verb in WAITS for each in _labels(callback))
 
 
 def _labels(callback: GivenCallback) -> Iterator[Label]:
