@@ -31,6 +31,9 @@ from dineros.analysis.nets.structure import PlaceInvariant
 LEAST_OWN = 16
 """Number of places, those with the largest bounds first, that get a program of their own in any case."""
 
+MOST_FRUITLESS = 4
+"""Number of programs in a row that may fail to improve the bounds by semiflows; then no others are tried."""
+
 
 @dataclass(frozen=True)
 class Bound:
@@ -58,6 +61,7 @@ def place_bounds(net: CompiledNet, flows: Iterable[PlaceInvariant] = ()) -> list
         if bounds[place] is None and not putting:
             _use(net, bounds, {place: 1})
     weightings = {tuple(b.weights.items()): b.weights for b in bounds if b is not None and b.value > 1}
+    by_flows = [place for place, bound in enumerate(bounds) if bound is not None]
     unknown = [place for place, bound in enumerate(bounds) if bound is None]
     if unknown:
         _bound_by_programs(net, unknown, bounds, weightings, producers)
@@ -66,7 +70,37 @@ def place_bounds(net: CompiledNet, flows: Iterable[PlaceInvariant] = ()) -> list
             known = bounds[place]
             if known is not None and known.value > 1:
                 _use(net, bounds, _flowing_to(net, producers, weights, place))
+    _improve(net, [place for place in by_flows if _value(bounds[place]) > 1], bounds, producers)
     return bounds
+
+
+def _improve(
+    net: CompiledNet,
+    places: list[int],
+    bounds: list[Bound | None],
+    producers: Sequence[Sequence[int]],
+) -> None:
+    """Improve bounds by semiflows: a weighting that some firings decrease may be better.
+
+    So it is for messages that get lost: each is sent once, but a semiflow counts those of all receivers.
+    """
+    program, fruitless = LinearProgram(net.delta, len(net.places)), 0
+    for place in sorted(places, key=lambda place: -_value(bounds[place])):
+        before = _value(bounds[place])
+        if before <= 1:
+            continue
+        weights = _linear_weighting(net, program, place)
+        if weights is not None:
+            _use(net, bounds, weights)
+            if set(weights.values()) == {1}:
+                _use(net, bounds, dict.fromkeys(sorted(grown(net, weights, producers)), 1))
+        fruitless = 0 if _value(bounds[place]) < before else fruitless + 1
+        if fruitless == MOST_FRUITLESS:
+            return
+
+
+def _value(bound: Bound | None) -> int:
+    return 0 if bound is None else bound.value
 
 
 def _bound_by_programs(

@@ -41,6 +41,9 @@ ROUNDS = (
 #: Round before which the orders with the shortest spans are run, and work of saturation for each of them. The
 #: small instance that compares orders may be wrong about them.
 SHORTEST_ROUND, SHORTEST_WORK = 3, 500_000
+#: Round before which the order with wide levels at the top is run, and work of saturation for it. The race
+#: may end before this order pays.
+WIDE_ROUND, WIDE_WORK = 1, 2_000_000
 #: An order that a search did not improve gets the work of this many rounds later.
 UNCHANGED_ROUNDS = 1
 #: While no order of the search has finished, a round searches for this part of its work only.
@@ -391,6 +394,8 @@ def _attempts(search: OrderSearch, known: list[int] | None) -> Iterator[tuple[li
     search.race()
     last = None
     for number, (search_work, _) in enumerate(ROUNDS):
+        if number == WIDE_ROUND and (order_by_width := search.wide_on_top) is not None:
+            yield order_by_width, WIDE_WORK
         for order in search.shortest if number == SHORTEST_ROUND else ():
             yield order, SHORTEST_WORK
         search.improve(search_work // BLIND_PART if search.is_blind else search_work)

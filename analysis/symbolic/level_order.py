@@ -21,7 +21,7 @@ import numpy as np
 
 from dineros.analysis.answers.budget import ProgressCallback
 from dineros.analysis.nets.compiled import ArcTable, CompiledNet
-from dineros.analysis.symbolic.level_starts import first_start, force_order, span, starts
+from dineros.analysis.symbolic.level_starts import first_start, force_order, span, starts, wide_on_top
 from dineros.analysis.symbolic.levels import Encoding, encode_like
 from dineros.analysis.symbolic.relations import EventTables
 from dineros.analysis.symbolic.saturation import Diagram
@@ -160,6 +160,11 @@ class OrderSearch:
         """The orders made from the structure whose events have the shortest spans."""
         found = sorted(starts(self._encoding, self._events), key=lambda order: span(self._events, order))
         return found[:SHORTEST]
+
+    @property
+    def wide_on_top(self) -> list[int] | None:
+        """The order with wide levels at the top, if levels differ much in width."""
+        return wide_on_top(self._encoding, self._events)
 
     @property
     def is_blind(self) -> bool:

@@ -31,12 +31,26 @@ from dineros.analysis.symbolic.relations import EventTables, Int64Array
 FORCE_ROUNDS = 60
 #: Number of levels from which an order is started; the order with the shortest total span is used.
 ROOTS = 16
+#: Wide levels are tried at the top if the widest has this many times the local states of the narrowest.
+UNEVEN = 8
 
 
 def first_start(encoding: Encoding, events: EventTables) -> list[int]:
     """Return one order of the levels, bottom first, that is cheap to make and good for most nets."""
     spans = _flowing(encoding, events)
     return spans.grown(spans.end())[::-1]
+
+
+def wide_on_top(encoding: Encoding, events: EventTables) -> list[int] | None:
+    """Return an order with the levels of most local states at the top; None if all have similar numbers.
+
+    If each wide level shares events with many narrow ones, as a processor with all memories, no order has
+    short spans. Then it matters more that few nodes are wide.
+    """
+    widths = [len(level.states) for level in encoding.levels]
+    if max(widths, default=0) < UNEVEN * min(widths, default=1):
+        return None
+    return sorted(first_start(encoding, events), key=widths.__getitem__)
 
 
 def starts(encoding: Encoding, events: EventTables) -> Iterator[list[int]]:
@@ -66,6 +80,8 @@ def _proposed(encoding: Encoding, events: EventTables) -> Iterator[list[int]]:
         yield _forced(order, start, level)
         yield force_order(events, order)
     yield _forced(range(size), start, level)
+    if (order := wide_on_top(encoding, events)) is not None:
+        yield order[::-1]
 
 
 def span(events: EventTables, order: Sequence[int]) -> int:

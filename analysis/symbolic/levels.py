@@ -21,7 +21,7 @@ from dineros.analysis.nets.state_machines import state_machines
 from dineros.analysis.nets.structure import PlaceInvariant, place_invariants, proportional_places
 from dineros.analysis.symbolic.boxes import LARGEST_PRODUCT, Box, BoxNet
 from dineros.analysis.symbolic.dropping import GuardedNet
-from dineros.analysis.symbolic.grouping import groups_of_bounds, groups_of_flows
+from dineros.analysis.symbolic.grouping import groups_of_bounds, groups_of_flows, groups_of_wide_net
 from dineros.metamodel.errors import BudgetError
 
 Int32Array = NDArray[np.int32]
@@ -164,7 +164,8 @@ def encode(
     guarded.drop_determined((y for y in exact if len(y.weights) == 2), 0, droppable)
     if flows is None:
         groups = _by_bounds(net, guarded.kept, known, bounds, [])
-        groups += state_machines(net, _single(guarded.kept, known, groups))
+        single = _single(guarded.kept, known, groups)
+        groups += groups_of_wide_net(net, single, bounds) or state_machines(net, single)
     else:
         groups = groups_of_flows(guarded.kept, [flow for flow in flows if flow.constant == 1])
         groups += _by_bounds(net, guarded.kept, known, bounds, groups)

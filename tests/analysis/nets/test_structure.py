@@ -83,6 +83,22 @@ def test_linear_programs_bound_as_tightly_as_semiflows(net: CompiledNet) -> None
         assert bound is None or other is None or other.value <= bound.value
 
 
+def test_programs_bound_places_more_tightly_than_semiflows() -> None:
+    net = CompiledNet.build(
+        {"p0": 1, "p1": 0, "p2": 1, "p3": 1, "p4": 0},
+        [
+            ("t0", {"p4": 1}, {"p4": 1}),
+            ("t1", {"p0": 1, "p1": 1}, {"p2": 1, "p3": 1}),
+            ("t2", {"p2": 1}, {"p4": 1}),
+            ("t3", {"p2": 1, "p3": 1}, {"p0": 1, "p4": 1}),
+        ],
+    )
+    flows = semiflows(net)
+    assert flows is not None
+    bound = place_bounds(net, flows)[3]
+    assert bound is not None and bound.value == 1  # the semiflow of p0 and p3 bounds it by 2
+
+
 def test_a_place_that_never_gets_a_token_is_bounded_by_its_own_weighting() -> None:
     net = CompiledNet.build(
         {"p": 0, "q": 2, "r": 0}, [("take", {"r": 1}, {}), ("make", {"p": 1, "r": 1}, {"q": 2})]
