@@ -45,7 +45,8 @@ def wide_on_top(encoding: Encoding, events: EventTables) -> list[int] | None:
     """Return an order with the levels of most local states at the top; None if all have similar numbers.
 
     If each wide level shares events with many narrow ones, as a processor with all memories, no order has
-    short spans. Then it matters more that few nodes are wide.
+    short spans. Then it matters more that few nodes are wide. It is no start of a race: it finishes its
+    narrow levels soon, which says nothing about the wide ones.
     """
     widths = [len(level.states) for level in encoding.levels]
     if max(widths, default=0) < UNEVEN * min(widths, default=1):
@@ -80,8 +81,6 @@ def _proposed(encoding: Encoding, events: EventTables) -> Iterator[list[int]]:
         yield _forced(order, start, level)
         yield force_order(events, order)
     yield _forced(range(size), start, level)
-    if (order := wide_on_top(encoding, events)) is not None:
-        yield order[::-1]
 
 
 def span(events: EventTables, order: Sequence[int]) -> int:
