@@ -45,7 +45,8 @@ _OPEN = {
     "closed-open": (False, True),
     "open-closed": (True, False),
 }
-_COLOURED = re.compile(r"[^,]+,\s*\d+(?:\s*,\s*[^,]+,\s*\d+)*")
+_COLOURED = re.compile(r"[^\W\d][^,]*,\s*\d+(?:\s*,\s*[^\W\d][^,]*,\s*\d+)*")
+"""Numbers behind names of classes; what begins with a digit is no name, but a number such as 1,000."""
 
 
 class Interval(NamedTuple):
@@ -71,7 +72,7 @@ def label_text(label: etree._Element, source: Source) -> str:
         kind = local(part)
         if kind in ("graphics", "toolspecific"):
             continue
-        if kind not in ("text", "value"):
+        if kind not in ("text", "value") or part.tag != tag(kind):
             raise source.error(f"<{kind}> is not part of a label", part)
         if found is not None:
             first = line_of(found)
@@ -83,12 +84,16 @@ def label_text(label: etree._Element, source: Source) -> str:
             part.tag = tag("text")
             source.note("<value> taken as <text>")
         check_attributes_of(part, (), source)
-    if found is not None and loose_text(label):
+    loose = loose_text(label)
+    if found is not None and loose:
         hint = "write its text into <text> alone"
-        what = f"<{local(label)}> holds the text {shortened(loose_text(label))} outside of <text>, too"
+        what = f"<{local(label)}> holds the text {shortened(loose)} outside of <text>, too"
         raise source.error(what, label, hint=hint)
+    if found is None and loose != (label.text or "").strip():
+        hint = "write its text into <text> alone"
+        raise source.error(f"<{local(label)}> holds the text {shortened(loose)} in parts", label, hint=hint)
     text = (label.text if found is None else found.text) or ""
-    if found is None and text.strip() and local(label) in ("initialMarking", "inscription"):
+    if found is None and loose and local(label) in ("initialMarking", "inscription"):
         source.note(f"text of <{local(label)}> outside of <text>")
     return text.strip()
 
@@ -267,6 +272,8 @@ def interval_of(transition: etree._Element, source: Source) -> Interval | None:
 def _bound_text(xml: etree._Element, source: Source) -> str:
     """Return the text of a MathML number; ``1<sep/>3`` is ``1/3``."""
     check_attributes_of(xml, ("type",), source)
+    if local(xml) not in ("cn", "ci"):
+        raise source.error(f"<{local(xml)}> is not a number", xml, hint="numbers are <cn>0.5</cn>")
     kind = "rational" if len(xml) else xml.get("type", "real")
     if xml.get("type", kind) != kind or kind not in ("real", "integer", "rational") or len(xml) > 1:
         hint = "numbers are <cn>0.5</cn> and <cn>1<sep/>2</cn>"

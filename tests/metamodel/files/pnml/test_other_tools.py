@@ -299,6 +299,32 @@ REFUSED = {
         "<initialMarking> holds the text '3' outside of <text>",
         5,
     ),
+    "text in two parts": (
+        page(inplace="<initialMarking>1<graphics/>0</initialMarking>"),
+        "<initialMarking> holds the text '10' in parts",
+        5,
+    ),
+    "text behind a drawing": (
+        page(inarc="<inscription><graphics/>7</inscription>"),
+        "<inscription> holds the text '7' in parts",
+        7,
+    ),
+    "text of another namespace": (
+        page(inplace='<initialMarking><text xmlns="urn:x">3</text></initialMarking>'),
+        "<text> is not part of a label",
+        5,
+    ),
+    "thousands": (page(place='initialMarking="1,500"'), "the initial marking '1,500' is not a whole", 5),
+    "a decimal comma": (
+        page(inarc="<inscription><text>2,5</text></inscription>"),
+        "the weight '2,5' is not a whole number",
+        7,
+    ),
+    "digits as a class": (
+        page(inplace="<initialMarking><value>Default,1,2,0</value></initialMarking>"),
+        "'Default,1,2,0' is not a whole number",
+        5,
+    ),
     "text of a place": (page(inplace="3"), "<place> 'p' holds the text '3'", 5),
     "text of an arc": (page(inarc="inhibitor"), "<arc> 'a' holds the text 'inhibitor'", 7),
     "text of a page": ("<page id='g'>3</page>", "<page> 'g' holds the text '3'", 4),
@@ -331,6 +357,11 @@ REFUSED = {
     "number with an exponent": (
         page(intransition=mathml("closed", '<cn type="e-notation">2<sep/>3</cn>', "<cn>2000</cn>")),
         "<cn> is not understood",
+        6,
+    ),
+    "number of another element": (
+        page(intransition=mathml("closed", "<minus>4</minus>", "<cn>9</cn>")),
+        "<minus> is not a number",
         6,
     ),
     "number of another base": (
