@@ -16,7 +16,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 from typing import Any
 
@@ -69,6 +69,7 @@ def watch(name: str, inputs: int, seed: int, tell: Callable[[str], None]) -> dic
         "number": 0,
         "accepted": 0,
         "refused": 0,
+        "seconds": 0.0,
         "slowest": 0.0,
         "faults": 0,
     }
@@ -110,6 +111,7 @@ def watch(name: str, inputs: int, seed: int, tell: Callable[[str], None]) -> dic
 
 def _count(row: dict[str, Any], verdict: dict[str, Any], number: int | None) -> None:
     row["inputs"] += 1
+    row["seconds"] += verdict["seconds"]
     if verdict["seconds"] > row["slowest"]:
         row["slowest"], row["number"] = verdict["seconds"], number
     what = "faults" if verdict["fault"] else "refused" if verdict["status"] == 2 else "accepted"
@@ -154,22 +156,23 @@ def main() -> int:
     names = given.kind or list(KINDS)
     shares = sum(KINDS[name].share for name in names)
     begun = time.monotonic()
+    rows = []
+    print(
+        f"{'kind':22}{'inputs':>8}{'accepted':>10}{'refused':>9}{'seconds':>9}{'slowest s':>11}{'number':>8}"
+        f"{'faults':>8}",
+        flush=True,
+    )
     with ThreadPoolExecutor(given.jobs) as pool:
         tell = lambda line: print(line, file=sys.stderr, flush=True)  # noqa: E731
-        rows = list(
-            pool.map(
-                lambda name: watch(name, -(-given.inputs * KINDS[name].share // shares), given.seed, tell),
-                names,
+        inputs = {name: -(-given.inputs * KINDS[name].share // shares) for name in names}
+        begun_kinds = [pool.submit(watch, name, inputs[name], given.seed, tell) for name in names]
+        for done in as_completed(begun_kinds):
+            rows.append(row := done.result())
+            print(
+                f"{row['kind']:22}{row['inputs']:8}{row['accepted']:10}{row['refused']:9}{row['seconds']:9.0f}"
+                f"{row['slowest']:11.1f}{row['number']:8}{row['faults']:8}",
+                flush=True,
             )
-        )
-    print(
-        f"{'kind':15}{'inputs':>8}{'accepted':>10}{'refused':>9}{'slowest s':>11}{'number':>8}{'faults':>8}"
-    )
-    for row in rows:
-        print(
-            f"{row['kind']:15}{row['inputs']:8}{row['accepted']:10}{row['refused']:9}{row['slowest']:11.1f}"
-            f"{row['number']:8}{row['faults']:8}"
-        )
     total, faults = sum(row["inputs"] for row in rows), sum(row["faults"] for row in rows)
     print(f"{total} inputs in {time.monotonic() - begun:.0f} s: {faults} faults")
     return 1 if faults else 0
