@@ -64,6 +64,15 @@ def warm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
         yield place
 
 
+@pytest.fixture(scope="module")
+def own_time() -> Iterator[None]:
+    """Let budgets count the time of this process, so that a busy machine decides nothing."""
+    from tests.support.own_time import of_budgets
+
+    with of_budgets():
+        yield
+
+
 @pytest.fixture(scope="session")
 def browser() -> Iterator["Browser"]:
     """Return a browser that all tests of a worker share: there can be only one in a process."""

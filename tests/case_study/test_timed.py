@@ -18,6 +18,8 @@ from dineros.metamodel.constraints import validate
 from dineros.metamodel.elements import find
 from dineros.metamodel.files import save
 
+pytestmark = pytest.mark.usefixtures("own_time")
+
 SECONDS = Budget(seconds=120)
 
 

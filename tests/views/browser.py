@@ -18,6 +18,8 @@ PROGRAMS = ("chromium", "chromium-browser", "google-chrome")
 # As root, as in containers, Chromium has no sandbox; and it is to ask nobody for updates.
 ARGUMENTS = ["--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking",
              "--disable-component-update", "--disable-sync"]  # fmt: skip
+PATIENCE = 240.0
+"""Seconds after which a condition counts as never true; a busy machine may take long to show a page."""
 
 
 @contextmanager
@@ -29,14 +31,14 @@ def chromium() -> Iterator[Browser]:
     from playwright.sync_api import sync_playwright
 
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=program, args=ARGUMENTS)
+        browser = playwright.chromium.launch(executable_path=program, args=ARGUMENTS, timeout=PATIENCE * 1000)
         try:
             yield browser
         finally:
             browser.close()
 
 
-def wait_until(page: Page, condition: str, timeout: float = 20.0) -> None:
+def wait_until(page: Page, condition: str, timeout: float = PATIENCE) -> None:
     """Wait until an expression of JavaScript is true.
 
     Playwright's own waiting would evaluate the expression on the page, whose policy forbids that.
@@ -98,6 +100,7 @@ class Visit:
 
     def __init__(self, browser: Browser, **options: Any) -> None:
         self.page: Page = browser.new_page(**{"viewport": {"width": 1300, "height": 800}, **options})
+        self.page.set_default_timeout(PATIENCE * 1000)
         self.problems: list[str] = []
         self.requested: list[str] = []
         self.loses_its_server = False

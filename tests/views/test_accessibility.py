@@ -98,10 +98,10 @@ def test_the_live_page(serve: Serve, one: Visit, tmp_path: Path) -> None:
     page = one.page
     (tmp_path / "run").mkdir()
     page.goto(serve(tmp_path / "run", load(CASE_STUDY)).url)
-    page.wait_for_selector("#connection[data-state=live]", timeout=20_000)
+    page.wait_for_selector("#connection[data-state=live]")
     check(page)
     save_run(tmp_path / "run")
-    page.wait_for_selector("#net [data-id=SelectRed]", state="attached", timeout=60_000)
+    page.wait_for_selector("#net [data-id=SelectRed]", state="attached")
     check(page)
 
 

@@ -20,6 +20,8 @@ from tests.analysis.strategies import nets
 from tests.support.systems.talker import talker
 from tests.support.systems.unbounded_systems import timer_and_logger, unbounded_systems
 
+pytestmark = pytest.mark.usefixtures("own_time")
+
 MOST = 3_000
 ENOUGH = Budget(seconds=6)
 """Each stage may take a share of it, also where the next one answers at once."""

@@ -27,6 +27,8 @@ from dineros.sources.places import Place
 from dineros.sources.reading import read_source
 from tests.support.systems.foreign import port, trigger
 
+pytestmark = pytest.mark.usefixtures("own_time")
+
 CAMERA = ObservedNode("/camera", publishers=(port("/image", depth=2),))
 VIEWER = ObservedNode("/viewer", subscribers=(port("/image", depth=2),), clients=(trigger("/zoom"),))
 LENS = ObservedNode("/lens", servers=(trigger("/zoom"),))

@@ -17,6 +17,8 @@ from dineros.metamodel.build import callback, flow, node_net, place, seconds, st
 from dineros.metamodel.constraints import validate
 from tests.transformations.rules.test_times import explored
 
+pytestmark = pytest.mark.usefixtures("own_time")
+
 Span = tuple[int, int]
 
 

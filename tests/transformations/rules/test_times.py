@@ -19,6 +19,8 @@ from dineros.transformations.rules.queries.times import CallsOnTheWay, OnTheWay
 from tests.support.timed_systems.counted import COUNTED
 from tests.support.timed_systems.models import model_of
 
+pytestmark = pytest.mark.usefixtures("own_time")
+
 
 def explored(model: sym.SystemModel) -> Explored:
     found = explore_timed(timed_base_subject(model).timed, Budget(seconds=120))

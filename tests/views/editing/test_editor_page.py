@@ -166,7 +166,7 @@ def test_the_page_goes_on_after_the_server_was_killed(file: Path, visit: NewVisi
     hand.page.locator("#field-tokens").fill("6")
     hand.page.locator("#field-tokens").press("Enter")  # nobody hears it yet
     again, _ = edit(file)
-    hand.page.wait_for_selector("body[data-connection=live]", timeout=20_000)
+    hand.page.wait_for_selector("body[data-connection=live]")
     hand.idle()
     wait_until(hand.page, "dinerosEditor.model.state.undo !== null")
     assert again.recovered == 1

@@ -81,7 +81,7 @@ def test_they_survive_a_reload_and_a_restart_of_the_server(
     assert following(page)
 
     handle.stop()
-    page.wait_for_selector("#connection[data-state=ended]", timeout=20_000)
+    page.wait_for_selector("#connection[data-state=ended]")
     append(tmp_path / "run", second)  # while nobody serves
     append(tmp_path / "run", third)
     before = steps(page)
@@ -104,11 +104,11 @@ def test_set_before_the_run_begins(tmp_path: Path, visit: NewVisit, serve: Serve
     handle = serve(folder, load(CASE_STUDY))
     page = visit().page
     page.goto(handle.url)
-    page.wait_for_selector("#connection[data-state=live]", timeout=20_000)
+    page.wait_for_selector("#connection[data-state=live]")
     add(page, "fired(SelectRed)", "request")
     folder.mkdir()
     append(folder, script())
-    page.wait_for_selector("#connection[data-state=stopped]", timeout=20_000)
+    page.wait_for_selector("#connection[data-state=stopped]")
     assert page.evaluate("dinerosTrace.cursor") == min(hits(page))
     page.reload()
     wait_for_steps(page, 15)

@@ -65,10 +65,10 @@ def test_a_page_follows_and_catches_up_after_the_server_restarts(
     wait_for_steps(page, 3)
     wait_until(page, "dinerosTrace.cursor === dinerosTrace.traces[0].length - 1")  # it follows the tail
     before = steps(page)
-    page.wait_for_selector("#net [data-id=SelectRed]", state="attached", timeout=60_000)
+    page.wait_for_selector("#net [data-id=SelectRed]", state="attached")
 
     handle.stop()
-    page.wait_for_selector("#connection[data-state=ended]", timeout=20_000)
+    page.wait_for_selector("#connection[data-state=ended]")
     append(folder, second)  # while nobody serves
     again = serve(folder, load(CASE_STUDY))
     assert again.url == handle.url
@@ -108,7 +108,7 @@ def test_a_run_that_ends_stays_to_be_read(tmp_path: Path, visit: NewVisit, serve
     append(folder, ends[:-1])
     append(folder, ends[-1:])  # and at once, as at the end of a command
     handle.stop()
-    one.page.wait_for_selector("#connection[data-state=ended]", timeout=20_000)
+    one.page.wait_for_selector("#connection[data-state=ended]")
     last = steps(one.page)
     assert one.page.inner_text("#connection") == f"the run has ended · {last} steps"
     assert one.page.evaluate("dinerosTrace.traces[0].text(dinerosTrace.traces[0].length - 1)").endswith(
@@ -129,7 +129,7 @@ def test_a_server_that_leaves_a_run_that_goes_on_says_so(
     one.page.goto(handle.url)
     wait_for_steps(one.page, 15)
     handle.stop()
-    one.page.wait_for_selector("#connection[data-state=ended]", timeout=20_000)
+    one.page.wait_for_selector("#connection[data-state=ended]")
     assert one.page.inner_text("#connection").startswith("no longer followed · ")
 
 
@@ -141,7 +141,7 @@ def test_a_connection_that_is_lost_is_called_so(tmp_path: Path, visit: NewVisit,
     one.page.goto(handle.url)
     wait_for_steps(one.page, 15)
     handle.stop()
-    one.page.wait_for_selector("#connection[data-state=lost]", timeout=20_000)
+    one.page.wait_for_selector("#connection[data-state=lost]")
 
 
 def test_a_run_that_begins_after_the_page(tmp_path: Path, visit: NewVisit, serve: Serve) -> None:
@@ -154,7 +154,7 @@ def test_a_run_that_begins_after_the_page(tmp_path: Path, visit: NewVisit, serve
     handle = serve(folder, find_model)
     page = visit().page
     page.goto(handle.url)
-    page.wait_for_selector("#connection[data-state=live]", timeout=20_000)
+    page.wait_for_selector("#connection[data-state=live]")
     folder.mkdir()
     append(folder, script())
     wait_for_steps(page, 15)
@@ -173,7 +173,7 @@ def test_a_broken_trace_is_said_and_what_was_there_stays(
     wait_for_steps(page, 3)
     with file.open("a", encoding="utf-8") as stream:
         stream.write("nonsense\n")
-    page.wait_for_selector("#connection[data-state=lost]", timeout=20_000)
+    page.wait_for_selector("#connection[data-state=lost]")
     assert "selector.jsonl:8" in page.inner_text("#connection")
     assert steps(page) >= 3
     page.close()  # before the server, which it would miss

@@ -33,7 +33,7 @@ def opened(one: Visit, file: Path, fragment: str = "") -> Page:
 def drawn(page: Page, times: int) -> None:
     """Wait until the picture was drawn so many times."""
     ready = f"Number(document.body.dataset.ready) >= {times} && !document.body.classList.contains('busy')"
-    wait_until(page, ready, timeout=60)
+    wait_until(page, ready)
 
 
 def shown(page: Page) -> set[str]:
