@@ -107,7 +107,7 @@ class PropertyAnswer:
 
 
 def said_of_all(examination: str, net: CompiledNet) -> Formula:
-    """Return a question about any net as a formula; readers recognise it by its id."""
+    """Return a question about any net as a formula; `recognised` is the inverse."""
     fired = [Enabled(Name(transition)) for transition in net.transitions]
     places = [Name(place) for place in net.places]
     match examination:
@@ -121,7 +121,23 @@ def said_of_all(examination: str, net: CompiledNet) -> Formula:
             return _joined(And, [ForAll(Globally(Exists(Finally(each)))) for each in fired])
         case _:  # a stable marking
             tokens = zip(places, net.initial.tolist(), strict=True)
-            return _joined(Or, [ForAll(Globally(Comparison(((1, p),), "==", held))) for p, held in tokens])
+            return _joined(Or, [ForAll(Globally(_equal(p, held))) for p, held in tokens])
+
+
+def _equal(place: Name, tokens: int) -> Formula:
+    """Return that a place holds this number, with the only comparison that the contest has."""
+    return And((Comparison(((1, place),), "<=", tokens), Comparison(((-1, place),), "<=", -tokens)))
+
+
+def recognised(one: Property, net: CompiledNet) -> Property:
+    """Return a question about any net if the formula is that question; otherwise the property itself.
+
+    The id alone does not decide: ``Robot-Liveness`` may be any formula.
+    """
+    for examination in GLOBAL_PROPERTIES[1:]:  # a deadlock is a formula of the contest's own
+        if f"-{one.id}".endswith(f"-{examination}") and one.formula == said_of_all(examination, net):
+            return Property(one.id, "global", examination=examination)
+    return one
 
 
 def _joined(operator: type[And | Or], parts: list[Formula]) -> Formula:

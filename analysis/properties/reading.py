@@ -137,7 +137,8 @@ class _Reader:
         id = self.text(parts["id"])
         # The contest's ids are "ReachabilityDeadlock" and "NET-ReachabilityDeadlock".
         examination = next((name for name in GLOBAL_PROPERTIES if f"-{id}".endswith(f"-{name}")), "")
-        if examination and examination != "ReachabilityDeadlock":
+        says_nothing = all(_local(part) in ("true", "false") for part in self.children(parts["formula"]))
+        if examination not in ("", "ReachabilityDeadlock") and says_nothing:
             return Property(id, "global", examination=examination)
         (formula,) = self.children(parts["formula"], 1, 1)
         if _local(formula) == "place-bound":

@@ -239,7 +239,7 @@ def _write(subject: Subject, properties: Sequence[Property], names: Any, output:
 
 
 def _read(subject: Subject, wanted: Sequence[str]) -> tuple[list[Property], GroupedNames]:
-    from dineros.analysis.properties.property import GLOBAL_PROPERTIES, GroupedNames, Property
+    from dineros.analysis.properties.property import GLOBAL_PROPERTIES, GroupedNames, Property, recognised
     from dineros.analysis.properties.reading import read_properties
 
     names = GroupedNames(subject.names)
@@ -248,7 +248,7 @@ def _read(subject: Subject, wanted: Sequence[str]) -> tuple[list[Property], Grou
         new = (
             [Property(name, "global", examination=name)]
             if name in GLOBAL_PROPERTIES
-            else read_properties(name, names, partial(_note, name))
+            else [recognised(one, subject.net) for one in read_properties(name, names, partial(_note, name))]
         )
         for one in new:
             if one.id in found:

@@ -113,7 +113,9 @@ def test_bounds_and_global_questions(tmp_path: Path) -> None:
     )
     assert read(tmp_path, "<true/>", "net-Liveness").examination == "Liveness"
     assert read(tmp_path, "<true/>", "Liveness").examination == "Liveness"
+    assert read(tmp_path, "", "Liveness").examination == "Liveness"
     assert read(tmp_path, FIREABLE, "RobotLiveness").kind == "ctl"
+    assert read(tmp_path, FIREABLE, "Robot-Liveness").kind == "ctl"
 
 
 @pytest.mark.parametrize(
