@@ -72,6 +72,8 @@ _HOLDS: dict[ComparisonOperator, Callable[[int, int], bool]] = {
     "!=": operator.ne,
 }
 _CONSTANTS: dict[str, Formula] = {"true": TRUE, "false": FALSE, "deadlock": Deadlock()}
+_TEXTS = ("integer-constant", "place", "transition")
+_W3C = "{http://www.w3.org/"
 _TEMPORAL = ("globally", "finally", "next", "until")
 
 
@@ -135,6 +137,7 @@ class _Reader:
         if "id" not in parts or "formula" not in parts:
             raise self.error("a <property> needs an <id> and a <formula>", node)
         id = self.text(parts["id"])
+        self.refuse_extras(parts["formula"])
         # The contest's ids are "ReachabilityDeadlock" and "NET-ReachabilityDeadlock".
         examination = next((name for name in GLOBAL_PROPERTIES if f"-{id}".endswith(f"-{name}")), "")
         says_nothing = all(_local(part) in ("true", "false") for part in self.children(parts["formula"]))
@@ -147,6 +150,19 @@ class _Reader:
         if is_linear and _local(formula) == "all-paths":
             (formula,) = self.children(formula, 1, 1)
         return Property(id, "ltl" if is_linear else "ctl", self.formula(formula, is_linear))
+
+    def refuse_extras(self, formula: etree._Element) -> None:
+        """Refuse attributes and texts that no formula of the contest has, such as bounds of an operator."""
+        for node in formula.iter(tag=etree.Element):
+            kind = _local(node)
+            name = next((str(each) for each in node.attrib if not str(each).startswith(_W3C)), None)
+            if name is not None:
+                hint = "formulas of the contest have no attributes, and their operators no bounds"
+                raise self.error(f"<{kind}> has an unknown attribute {name!r}", node, hint)
+            if kind in _TEXTS:
+                self.children(node, 0, 0)
+            elif text := "".join([node.text or "", *(each.tail or "" for each in node)]).strip():
+                raise self.error(f"<{kind}> holds the text {text[:40]!r}", node)
 
     def text(self, node: etree._Element) -> str:
         text = (node.text or "").strip()

@@ -137,6 +137,19 @@ def test_bounds_and_global_questions(tmp_path: Path) -> None:
             "is not linear",
         ),
         (f"<integer-ge>{count('a')}</integer-ge>", "holds 1 elements"),
+        (
+            f'<all-paths><globally upper="5">{FIREABLE}</globally></all-paths>',
+            "<globally> has an unknown attribute 'upper'",
+        ),
+        (f"<conjunction>not {FIREABLE}</conjunction>", "<conjunction> holds the text 'not'"),
+        (
+            f"<integer-ge><tokens-count><place>a</place> * 2</tokens-count>{ONE_TOKEN}</integer-ge>",
+            "<tokens-count> holds the text '* 2'",
+        ),
+        (
+            f"<integer-ge>{count('a')}<integer-constant>1<x/>0</integer-constant></integer-ge>",
+            "<integer-constant> holds 1 elements",
+        ),
         (f"<integer-ge><integer-sum/>{ONE_TOKEN}</integer-ge>", "holds 0 elements"),
     ],
 )

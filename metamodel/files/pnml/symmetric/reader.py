@@ -17,6 +17,7 @@ from dineros.metamodel.colours.terms import (
     variables_of,
 )
 from dineros.metamodel.colours.unfolding import ColouredPlace, ColouredTransition, TooLargeError, Unfolding
+from dineros.metamodel.files.pnml.layout import is_inhibitor_mark
 from dineros.metamodel.files.pnml.plain.known import COLOURED_ATTRIBUTES, HARMLESS_NAMESPACES
 from dineros.metamodel.files.pnml.plain.values import only
 from dineros.metamodel.files.pnml.source import Source, children, local, shortened, text_of
@@ -126,7 +127,10 @@ class _SymmetricReader:
                 self._source.complain(what, xml, id=xml.get("id"), hint=_HINT)
         found = []
         for inner in children(xml):
-            if local(inner) in _ELEMENTS[kind]:
+            if kind == "arc" and is_inhibitor_mark(inner):
+                hint = "inhibitor arcs of coloured nets are not read"
+                self._source.complain(f"arc {xml.get('id')!r} is an inhibitor arc", inner, hint=hint)
+            elif local(inner) in _ELEMENTS[kind]:
                 found.append(inner)
             else:
                 what = f"<{local(inner)}> is not part of the <{kind}> of a symmetric net"

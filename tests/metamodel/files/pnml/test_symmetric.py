@@ -144,6 +144,12 @@ VARIABLE = '<variable refvariable="x"/>'
         ('<page id="two">', '<page id="two"><place id="P"/>', 20, "<place> 'P' has no <type>"),
         ('id="move">', 'id="move"><priority/>', 21, "<priority> is not part of the <transition>"),
         ('id="in"', 'id="in" type="inhibitor"', 17, "has an unknown attribute 'type'"),
+        (
+            "<hlinscription>",
+            '<toolspecific tool="ModernPetriEditor" version="1.0" type="inhibitor"/><hlinscription>',
+            18,
+            "arc 'in' is an inhibitor arc",
+        ),
         ("<hlinscription>", "<hlinscription><structure/>", 18, "has two <structure>"),
         ("<hlinscription>", "<hlinscription><guard/>", 18, "<guard> is not part of <hlinscription>"),
         (f"<structure>{VARIABLE}", f"<structure><add>{VARIABLE}</add>", 18, "<subterm> is expected"),
