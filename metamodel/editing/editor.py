@@ -13,7 +13,7 @@ from dineros.metamodel.constraints.wording import describe
 from dineros.metamodel.editing import commands as c
 from dineros.metamodel.editing.changes import Change, Changing, Inserted, Valued, touched, undo
 from dineros.metamodel.editing.handles import Handles, subtree
-from dineros.metamodel.editing.naming import default_id
+from dineros.metamodel.editing.naming import default_id, used_ids
 from dineros.metamodel.editing.offered import class_to_make, follows_from_text, name_of
 from dineros.metamodel.editing.removing import check_clauses, closure
 from dineros.metamodel.editing.renaming import rewritings
@@ -58,6 +58,7 @@ class Editor(Changing):
         super().__init__(root)
         self.handles = Handles(root)
         self._made: dict[str, str] = {}
+        self._used: set[str] | None = None  # all ids, as long as objects are only made
 
     def perform(self, group: Sequence[c.Command]) -> Performed:
         """Execute commands in order.
@@ -69,9 +70,11 @@ class Editor(Changing):
             unchanged.
         """
         count = len(self.handles)
-        self.changes, self._made = [], {}
+        self.changes, self._made, self._used = [], {}, None
         try:
             for command in group:
+                if not isinstance(command, c.Create):
+                    self._used = None
                 self._DO[type(command)](self, command)
             self._check(group)
         except BaseException:
@@ -148,8 +151,12 @@ class Editor(Changing):
         element = cls()
         identifier = class_of(element).identifier
         if identifier and command.values.get(identifier) is None:
-            element.id = default_id(self.root, cls, owner, command.values, self.find)  # type: ignore[attr-defined]
+            if self._used is None:
+                self._used = used_ids(self.root)
+            element.id = default_id(self._used, cls, owner, command.values, self.find)  # type: ignore[attr-defined]
         references = self._attributes(element, command.values)
+        if self._used is not None and isinstance(element, pn.Element) and element.id:
+            self._used.add(element.id)
         self._attach(element, owner, feature, command.index)
         if command.called is not None:
             self._made[command.called] = cast(str, self.handles.of(element))

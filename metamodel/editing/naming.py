@@ -36,7 +36,7 @@ def used_ids(root: EObject) -> set[str]:
 
 
 def default_id(
-    root: EObject,
+    used: set[str],
     cls: type[EObject],
     owner: EObject,
     values: Mapping[str, Value],
@@ -49,8 +49,8 @@ def default_id(
 
     Parameters
     ----------
-    root : EObject
-        The model.
+    used : set of str
+        All ids of the model.
     cls : type of EObject
         The class of the object.
     owner : EObject
@@ -60,7 +60,6 @@ def default_id(
     find : callable
         Returns the target of a reference, by its handle.
     """
-    used = used_ids(root)
 
     def called(feature: str) -> str:
         value = values.get(feature)
