@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from typing import Any
 
@@ -58,7 +59,9 @@ def parts_of(text: str) -> Part:
         raise UnreadableError("YAML is read only with `pip install 'dineros[sources]'`") from error
     try:
         yaml = YAML(typ="safe", pure=True)
-        root = yaml.compose(text)
+        with warnings.catch_warnings():  # a name of a value may be given again
+            warnings.simplefilter("ignore")
+            root = yaml.compose(text)
         return Part(None, 1) if root is None else _Reader(yaml).part(root, 0)
     except (YAMLError, ValueError, RecursionError) as error:
         if isinstance(error, UnreadableError):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 from textwrap import dedent
 from typing import Any
@@ -244,3 +245,10 @@ def test_a_launch_file_is_named_by_a_path_from_the_current_folder(
     for name in ("outside.launch.xml", "robot/../outside.launch.xml", "robot/launch", "\0"):
         with pytest.raises(DinerosError, match="there is no launch file"):
             read_source(Path("robot"), launch=Launch(name))
+
+
+def test_a_name_of_a_value_in_yaml_may_be_given_again() -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found = parts_of("a: &same 1\nb: *same\nc: &same 2\nd: *same\n")
+    assert found.plain() == {"a": 1, "b": 1, "c": 2, "d": 2}
