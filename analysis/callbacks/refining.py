@@ -12,11 +12,12 @@ come in.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
 
-from dineros.analysis.answers.budget import Budget
+from dineros.analysis.answers.budget import Budget, BudgetExceededError
 from dineros.analysis.callbacks.blocking import without
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.witness import last_marking
@@ -25,8 +26,18 @@ from dineros.analysis.parts.part import TOO_LARGE, GrowingPart, Whole
 ROUNDS = 80
 """Parts that are tried for each callback."""
 
-MOST_WORK = 2_000_000
-"""Cache misses of saturation, a second or so, that the markings of a part may cost."""
+WORK = (200_000, 2_000_000)
+"""Cache misses of saturation that the markings of a part may cost, in each pass over what is open: a second
+is 3 000 000. The last pass is repeated while there is time and callbacks are decided."""
+
+KEPT = 3
+"""Parts that are begun with again: those with which callbacks were last proved to end."""
+
+NEAR_SHARE = 0.5
+"""Part of the time of a callback in which it begins with such a part."""
+
+Running = tuple[int, ...]
+"""Places of which one is marked from the beginning of a callback to its end."""
 
 
 @dataclass(frozen=True)
@@ -39,10 +50,13 @@ class Ending:
         It can; it can wait forever; that is not known.
     trace : tuple of int
         Transitions of the net that lead to where it never ends.
+    is_limited : bool
+        Whether it is not known because a limit of time or work was exceeded.
     """
 
     status: Literal["ends", "waits", "unknown"]
     trace: tuple[int, ...] = ()
+    is_limited: bool = False
 
 
 class Endings:
@@ -56,9 +70,29 @@ class Endings:
 
     def __init__(self, net: CompiledNet) -> None:
         self._whole = Whole(net)
+        self._places: dict[Running, set[int]] = {}
+        self._kept: list[set[int]] = []
 
-    def of(self, running: tuple[int, ...], budget: Budget) -> Ending:
-        """Decide it of one callback.
+    def of_all(self, asked: Iterable[Running], budget: Budget) -> dict[Running, Ending]:
+        """Decide it of several callbacks.
+
+        In each pass, the time that is left is divided again among those that are open, so that what one of
+        them does not need is there for the others.
+        """
+        budget, found, passed = budget.begun(), dict[Running, Ending](), 0
+        left = list(dict.fromkeys(asked))
+        while left:
+            work = WORK[min(passed, len(WORK) - 1)]
+            for number, running in enumerate(left):
+                found[running] = self.of(running, budget.share(1 / (len(left) - number)), work)
+            before, left = len(left), [each for each in left if found[each].is_limited]
+            passed += 1
+            if passed >= len(WORK) and (budget.left is None or budget.is_over or len(left) == before):
+                break
+        return found
+
+    def of(self, running: Running, budget: Budget, work: int = WORK[-1]) -> Ending:
+        """Decide it of one callback; a later call continues with the part that was reached.
 
         Parameters
         ----------
@@ -66,16 +100,36 @@ class Endings:
             Places of which one is marked from its beginning to its end.
         budget : Budget
             Time and memory.
+        work : int
+            Cache misses of saturation that the markings of a part may cost.
         """
         whole = self._whole
         if not set(running) <= whole.free.keys():
             return Ending("unknown")
-        places = whole.grown(running)
+        places = self._places.setdefault(running, whole.grown(running))
+        found = self._grown(running, places, budget, work, rounds=1)
+        near = next((each for each in self._kept if each.issuperset(running)), None)
+        if found is None and near is not None:
+            # Callbacks of one node, or slots of one action, need much of the same.
+            share = budget.share(NEAR_SHARE)
+            found = self._grown(running, near | places, share, work)
+            if found is not None and found.status == "unknown":
+                found = None
+        if found is None:
+            found = self._grown(running, places, budget, work)
+        return found or Ending("unknown")
+
+    def _grown(
+        self, running: Running, places: set[int], budget: Budget, work: int, rounds: int = ROUNDS
+    ) -> Ending | None:
+        """Enlarge a part in place until it decides; None if that takes more rounds."""
+        whole = self._whole
         try:
-            for _ in range(ROUNDS):
+            for _ in range(rounds):
                 budget.check_time()
-                part = _RefinedPart(whole, places, running, budget)
+                part = _RefinedPart(whole, places, running, budget, work)
                 if not part.doomed:
+                    self._kept = [set(places), *self._kept][:KEPT]
                     return Ending("ends")
                 more = part.missing()
                 if more is None:
@@ -83,18 +137,22 @@ class Endings:
                     return Ending("waits", part.trace)
                 known = whole.grown(whole.free.keys() & more) - places
                 if not known:
-                    break
+                    return Ending("unknown")
                 places |= known
+        except BudgetExceededError:
+            return Ending("unknown", is_limited=True)
         except TOO_LARGE:
-            pass
-        return Ending("unknown")
+            return Ending("unknown")
+        return None
 
 
 class _RefinedPart(GrowingPart):
     """A part of the net: what it reaches, and where the callback cannot be proved to end."""
 
-    def __init__(self, whole: Whole, places: set[int], running: tuple[int, ...], budget: Budget) -> None:
-        super().__init__(whole, places, (), budget, MOST_WORK)
+    def __init__(
+        self, whole: Whole, places: set[int], running: Running, budget: Budget, most_work: int
+    ) -> None:
+        super().__init__(whole, places, (), budget, most_work)
         sets, order = self.sets, sorted(places)
         self._ended = without(sets, map(order.index, running))
         certain = [n for n, transition in enumerate(self.transitions) if self.is_certain(transition)]

@@ -18,8 +18,8 @@ from dineros.analysis.callbacks.waiting import Callback, Waiting
 from dineros.analysis.callbacks.walking import Walks
 from dineros.analysis.nets.compiled import CompiledNet
 
-SHARES = 10
-"""A callback gets so many equal shares of the time that is left: most need far less than one."""
+ENDINGS_SHARE = 0.7
+"""Part of the time in which callbacks are decided on parts of the net; runs of the net have the rest."""
 
 CLOSED = 4
 """Runs from where a callback never ends: another may close another circle."""
@@ -73,11 +73,10 @@ def searched(
     found: list[Blocked] = []
     left: list[Callback] = []
     waits: list[Callback] = []
-    endings = Endings(net)
     asked = [each for each in waiting.callbacks.values() if pages is None or each.waiter.element in pages]
-    for number, callback in enumerate(asked):
-        # The part of its share that one callback does not use is left to the others.
-        ending = endings.of(callback.places, budget.share(min(1.0, SHARES / (len(asked) - number))))
+    endings = Endings(net).of_all((each.places for each in asked), budget.share(ENDINGS_SHARE))
+    for callback in asked:
+        ending = endings[callback.places]
         if ending.status == "unknown":
             left.append(callback)
         elif ending.status == "waits":

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING
@@ -20,7 +20,7 @@ from dineros.metamodel.elements import node_net_of
 from dineros.metamodel.records import Accept, Cancel, Canceling, Finish, Outcome
 
 if TYPE_CHECKING:
-    from dineros.analysis.callbacks.refining import Endings
+    from dineros.analysis.callbacks.refining import Ending
     from dineros.transformations.flattening.traces import Link
 
 HANGS_SHARE = 0.3
@@ -161,8 +161,12 @@ class Goals(Question):
         if checked.subject.is_timed:
             checked.leave_open(asks, checked.why_open or "it is not decided with times")
             return
-        endings, share = Endings(checked.subject.net), checked.budget.share(HANGS_SHARE)
-        hangs = [self._hangs_in_parts(checked, client, endings, share) for client in clients]
+        index = checked.subject.place_index
+        waits = [
+            (index[place],) for client in clients for _, places, _ in self._waits(client) for place in places
+        ]
+        endings = Endings(checked.subject.net).of_all(waits, checked.budget.share(HANGS_SHARE))
+        hangs = [self._hangs_in_parts(checked, client, endings) for client in clients]
         if None in hangs:
             checked.leave_open(asks, checked.why_open or TOO_LARGE)
         elif not any(hangs):
@@ -172,7 +176,7 @@ class Goals(Question):
                 checked.report.proved.append("no goal is canceled too late, and none overtakes another one")
 
     def _hangs_in_parts(
-        self, checked: Checked, client: _Client, endings: Endings, budget: Budget
+        self, checked: Checked, client: _Client, endings: Mapping[tuple[int, ...], Ending]
     ) -> bool | None:
         """Look for goals that never end from some marking on; None: it is not known whether there are any."""
         node = node_net_of(client.port.goal)
@@ -180,7 +184,7 @@ class Goals(Question):
         hangs: bool | None = False
         for fault, places, parts in self._waits(client):
             for place in places:
-                ending = endings.of((checked.subject.place_index[place],), budget)
+                ending = endings[checked.subject.place_index[place],]
                 if ending.status == "waits" and not (can_leave and fault is self.NOT_FETCHED):
                     self.add(checked, client, fault, witness_to(checked.subject, ending.trace), **parts)
                     hangs = True

@@ -17,14 +17,15 @@ place/transition net systems*, Lectures on Petri Nets I, LNCS 1491, 1998.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.linear_programs import LinearProgram, in_whole_numbers
-from dineros.analysis.nets.semiflows import semiflows
+from dineros.analysis.nets.semiflows import in_order, semiflows
 from dineros.analysis.nets.siphons import unmarked_siphon
 from dineros.analysis.nets.structure import PlaceInvariant
 
@@ -138,13 +139,40 @@ def _bound_by_programs(
         seek(place)
 
 
-def flows_and_bounds(net: CompiledNet) -> tuple[Sequence[PlaceInvariant] | None, Sequence[Bound | None]]:
+FlowsAndBounds: TypeAlias = tuple[Sequence[PlaceInvariant] | None, Sequence[Bound | None]]
+"""Semiflows of a net (None: too many), and a bound for each place, or None."""
+
+
+def flows_and_bounds(net: CompiledNet) -> FlowsAndBounds:
     """Return the minimal semiflows (None: too many), and the bounds of places that they and others prove.
 
     All engines start with these: call it by `CompiledNet.once`.
     """
     flows = semiflows(net)
     return flows, place_bounds(net, flows or ())
+
+
+def renumbered(facts: FlowsAndBounds, number: Mapping[int, int]) -> FlowsAndBounds:
+    """Return the same semiflows and bounds for a net whose places have other numbers.
+
+    Parameters
+    ----------
+    facts
+        Semiflows and bounds.
+    number
+        For each place, its number in the other net.
+    """
+
+    def own(weights: Mapping[int, int]) -> dict[int, int]:
+        return dict(sorted((number[p], weight) for p, weight in weights.items()))
+
+    flows, bounds = facts
+    made: list[Bound | None] = [None] * len(bounds)
+    for place, bound in enumerate(bounds):
+        made[number[place]] = None if bound is None else Bound(bound.value, own(bound.weights))
+    if flows is None:
+        return None, made
+    return in_order(PlaceInvariant(own(flow.weights), flow.constant) for flow in flows), made
 
 
 def bounds_like(net: CompiledNet, bounds: Iterable[Bound | None]) -> list[int | None]:

@@ -190,6 +190,10 @@ class CompiledNet:
         answer: Known = self._known[question]
         return answer
 
+    def know(self, question: Callable[[CompiledNet], Known], answer: Known) -> None:
+        """Record the result of a function for the net, so that `once` does not call it."""
+        self._known[question] = answer
+
     def by_names(self) -> tuple[dict[str, int], list[Transition]]:
         """The net in the form of `build`; read arcs are pairs of arcs."""
         names = self.places

@@ -10,7 +10,7 @@ grow with the number of semiflows.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from heapq import heappop, heappush
 from math import gcd
 from typing import NamedTuple
@@ -40,8 +40,12 @@ def semiflows(net: CompiledNet, most_work: int = MOST_WORK) -> list[PlaceInvaria
     while (t := rows.cheapest()) is not None:
         if not rows.eliminate(t):
             return None
-    found = [PlaceInvariant.of(net, row.weights) for row in rows]
-    return sorted(found, key=lambda y: (len(y.weights), y.constant, list(y.weights)))
+    return in_order(PlaceInvariant.of(net, row.weights) for row in rows)
+
+
+def in_order(flows: Iterable[PlaceInvariant]) -> list[PlaceInvariant]:
+    """Return semiflows in the order of `semiflows`: those of few places first."""
+    return sorted(flows, key=lambda y: (len(y.weights), y.constant, list(y.weights)))
 
 
 class _Row(NamedTuple):

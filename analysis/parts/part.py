@@ -10,14 +10,14 @@ markings, such as the steps of one callback, of which exactly one is reached.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import cached_property
 
 from dineros.analysis.answers.budget import Budget, BudgetExceededError
 from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
-from dineros.analysis.nets.bounds import flows_and_bounds
+from dineros.analysis.nets.bounds import Bound, FlowsAndBounds, flows_and_bounds
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.nets.structure import never_possible
+from dineros.analysis.nets.structure import PlaceInvariant, never_possible
 from dineros.analysis.reductions.cut_out import cut_out
 from dineros.analysis.symbolic.engine import symbolic_state_space
 from dineros.analysis.symbolic.levels import LevelSizeError, UnknownBoundError
@@ -51,10 +51,12 @@ class Whole:
 
     def __init__(self, net: CompiledNet, dead: Collection[int] = ()) -> None:
         self.net = net
-        flows, bounds = net.once(flows_and_bounds)
-        self.free = {p: b.value - int(net.initial[p]) for p, b in enumerate(bounds) if b is not None}
+        self.flows, self.bounds = net.once(flows_and_bounds)
+        self.free = {
+            p: bound.value - int(net.initial[p]) for p, bound in enumerate(self.bounds) if bound is not None
+        }
         self.dead: set[int] = set(dead)
-        self._flows = [set(flow.weights) for flow in flows or () if len(flow.weights) <= MOST_TOGETHER]
+        self._flows = [set(flow.weights) for flow in self.flows or () if len(flow.weights) <= MOST_TOGETHER]
         self._together: dict[int, set[int]] = {}
         self.prove_dead(())
 
@@ -143,10 +145,33 @@ class GrowingPart:
             if work > most_work:
                 raise BudgetExceededError("a part of the net is too large")
 
-        self.space = symbolic_state_space(self.net, budget, between=stop)
+        self.space = symbolic_state_space(self.net, budget, between=stop, facts=self._facts(order))
         if not self.space.complete:
             raise BudgetExceededError(self.space.reason)
         self.sets = SymbolicSets(self.space, budget=budget)
+
+    def _facts(self, order: Sequence[int]) -> FlowsAndBounds:
+        """Return semiflows and bounds of the part: those of the net that lie in it, and the complements.
+
+        A weighting of places of the part changes with each transition as it does in the net. To find all
+        semiflows of each part again takes longer than its markings.
+        """
+        whole, number = self.whole, {place: number for number, place in enumerate(order)}
+
+        def own(weights: Mapping[int, int]) -> dict[int, int] | None:
+            return {number[p]: w for p, w in weights.items()} if weights.keys() <= number.keys() else None
+
+        pairs = [{number: 1, len(order) + number: 1} for number in range(len(order))]
+        inside = [weights for flow in whole.flows or () if (weights := own(flow.weights)) is not None]
+        flows = [PlaceInvariant.of(self.net, weights) for weights in (*pairs, *inside)]
+        bounds = []
+        for place, pair in zip(order, flows, strict=False):
+            known = whole.bounds[place]
+            weights = None if known is None else own(known.weights)
+            better = None if known is None or weights is None else Bound(known.value, weights)
+            bounds.append(better or Bound(pair.constant, pair.weights))
+        rooms = [Bound(pair.constant, pair.weights) for pair in flows[: len(order)]]
+        return flows, bounds + rooms
 
     def is_certain(self, transition: int) -> bool:
         """Whether places outside the part never keep a transition from firing."""

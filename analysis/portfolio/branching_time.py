@@ -15,7 +15,7 @@ from dineros.analysis.portfolio.methods.diagrams import DecisionDiagrams
 from dineros.analysis.portfolio.methods.endless_net import EndlessNet
 from dineros.analysis.portfolio.methods.limits import NetWithLimits
 from dineros.analysis.portfolio.methods.markings import FarMarkings, StoredMarkings
-from dineros.analysis.portfolio.plans import FIRST_WORK
+from dineros.analysis.portfolio.plans import FIRST_WORK, KNOWN_DIAGRAM
 from dineros.analysis.portfolio.satisfies import NO_BOUNDS, Question, Satisfies
 from dineros.analysis.portfolio.scheduler import Plan, Side, SoFar, Together, Turn, answered
 
@@ -96,6 +96,7 @@ PLANS: dict[Engine, Plan] = {
     "explicit": (STORED,),
     "symbolic": (Turn(DecisionDiagrams()),),
     "auto": (
+        KNOWN_DIAGRAM,
         LIMITS_FIRST,
         Turn(StoredMarkings(), most_states=FEW_STATES),
         Together(

@@ -6,7 +6,7 @@ from dineros.analysis.answers.turns import HEAD_START
 from dineros.analysis.logic.language.rewriting import simplified
 from dineros.analysis.portfolio.known import known_of
 from dineros.analysis.portfolio.methods.counting import CountByDiagrams, CountBySearch, CountByTina
-from dineros.analysis.portfolio.methods.diagrams import DecisionDiagrams, LedByDiagram
+from dineros.analysis.portfolio.methods.diagrams import DecisionDiagrams, DiagramAtHand, LedByDiagram
 from dineros.analysis.portfolio.methods.directed_search import DirectedSearch
 from dineros.analysis.portfolio.methods.explicit_search import QUICK, ExplicitSearch
 from dineros.analysis.portfolio.methods.induction import Clauses, Induction
@@ -47,6 +47,13 @@ def _has_long_way(question: Question, so_far: SoFar) -> bool:
     return isinstance(question, Reach) and question.is_shortest and so_far.way is not None
 
 
+def has_diagram(question: Question, so_far: SoFar) -> bool:
+    """Whether all markings of the net are there as a diagram, and any trace suffices."""
+    if isinstance(question, Reach) and question.is_shortest:
+        return False
+    return known_of(question.net).space is not None
+
+
 def _is_irreducible(question: Question, so_far: SoFar) -> bool:
     if not isinstance(question, Reach) or question.transition is not None:
         return False
@@ -68,8 +75,12 @@ _DIAGRAMS = Side((Turn(NetWithLimits()), Turn(DecisionDiagrams())))
 NEAR: Plan = (Turn(ExplicitSearch(is_near=True), most_bytes=QUICK, most_states=NEAR_STATES),)
 """The near markings: all markings of a small net."""
 
+KNOWN_DIAGRAM = Turn(DiagramAtHand(), has_diagram, time=0.3)
+"""The diagram of all markings, if another question has made it: most formulas then take little."""
+
 FIND: Plan = (
     *NEAR,
+    KNOWN_DIAGRAM,
     Turn(StateEquationAndTraps(), time=0.1, most_seconds=2.0),
     Turn(Walks()),
     Turn(PartsOfNet(), _knows_no_way, time=0.2, most_seconds=5.0),

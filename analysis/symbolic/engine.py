@@ -10,6 +10,7 @@ from math import prod
 from operator import mul
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget
+from dineros.analysis.nets.bounds import FlowsAndBounds, flows_and_bounds, renumbered
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.coverability import coverability
 from dineros.analysis.symbolic.canonical import arranged
@@ -259,6 +260,7 @@ def symbolic_state_space(
     orders: OrderCache | None = None,
     keep: Collection[str] = (),
     between: Between | None = None,
+    facts: FlowsAndBounds | None = None,
 ) -> SymbolicStateSpace:
     """Compute the complete state space of a net with decision diagrams.
 
@@ -281,6 +283,8 @@ def symbolic_state_space(
     between
         Called before the first run of saturation and after each unfinished run, with the cost so far of all
         runs and of the order search, in cache misses. An exception raised in it ends the work.
+    facts
+        Semiflows of the net and bounds of its places, if they are known; they are not checked.
 
     Raises
     ------
@@ -301,6 +305,9 @@ def symbolic_state_space(
     if order is None and orders is not None:
         order = orders.order(net)
     arrangement = arranged(net)
+    if facts is not None:
+        number = {place: number for number, place in enumerate(arrangement.places)}
+        arrangement.net.know(flows_and_bounds, renumbered(facts, number))
     kept = [arrangement.net.places.index(name) for name in keep]
     space = _with_bounds(arrangement.net, budget.begun(), seed, order, kept, between)
     space.encoding = space.diagram.encoding = space.encoding.renumbered(

@@ -22,6 +22,7 @@ from dineros.analysis.logic.language.syntax import Formula
 from dineros.analysis.nets.compiled import CompiledNet
 
 if TYPE_CHECKING:
+    from dineros.analysis.symbolic.engine import SymbolicStateSpace
     from dineros.analysis.symbolic.order_cache import OrderCache
 
 
@@ -57,10 +58,8 @@ def symbolically(
     seed: int = 1,
 ) -> Outcome | None:
     """Decide with decision diagrams; None: bounds of places are unknown, or too large for levels."""
-    from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
     from dineros.analysis.symbolic.engine import symbolic_state_space
     from dineros.analysis.symbolic.levels import LevelSizeError, UnknownBoundError
-    from dineros.analysis.symbolic.saturation import DiagramMemoryError
 
     try:
         budget.check_time()
@@ -69,6 +68,14 @@ def symbolically(
         return None
     except BudgetExceededError as limit:
         return _unknown(budget, 0, limit)
+    return on_diagram(space, tree, atoms, budget)
+
+
+def on_diagram(space: SymbolicStateSpace, tree: Formula, atoms: BoundAtoms, budget: Budget) -> Outcome:
+    """Decide with a decision diagram of all markings of the net."""
+    from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
+    from dineros.analysis.symbolic.saturation import DiagramMemoryError
+
     states = space.markings
     try:
         if not space.complete:

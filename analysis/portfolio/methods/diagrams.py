@@ -33,14 +33,7 @@ class DecisionDiagrams(Method):
         if isinstance(question, Satisfies):
             found = symbolically(net, question.formula, bound, budget, question.orders, question.seed)
             return found or Outcome("unknown", states=0, reason=NO_BOUNDS)
-        answer = symbolically(net, Exists(Finally(question.condition)), bound, budget)
-        if answer is None:
-            return None
-        if answer.status == "holds" and answer.trace is not None and not answer.reason.startswith("a run"):
-            return question.reached(answer.trace, DIAGRAMS)
-        if answer.status == "violated":
-            return Outcome("unreachable", states=answer.states, by=DIAGRAMS)
-        return None
+        return _reached(question, symbolically(net, Exists(Finally(question.condition)), bound, budget))
 
     def answer_all(self, sheet: Sheet, known: Known, budget: Budget) -> None:
         """Decide bounds, questions about the whole net, and CTL subformulas on one diagram.
@@ -64,6 +57,41 @@ class DecisionDiagrams(Method):
         if sheet.open_globals():
             sheet.whole.by_diagram(space, sheet.budget.at_most(2 * sheet.patience))
         _branch(sheet, space, is_first)
+
+
+class DiagramAtHand(Method):
+    """Ask the diagram of all markings that another question about the net has made.
+
+    What is computed for the question is released afterwards.
+    """
+
+    def answer(self, question: Question, known: Known, budget: Budget) -> Outcome | None:
+        """Decide the question; None if there is no diagram, or if the time or the memory is not enough."""
+        from dineros.analysis.logic.ctl.checking import on_diagram
+
+        if isinstance(question, Count) or known.space is None:
+            return None
+        wanted = question.formula if isinstance(question, Satisfies) else Exists(Finally(question.condition))
+        pinned = known.space.diagram.pinned
+        before = len(pinned)
+        try:
+            answer = on_diagram(known.space, wanted, question.bound, budget)
+        finally:
+            del pinned[before:]
+        if answer.status == "unknown":
+            return None
+        return answer if isinstance(question, Satisfies) else _reached(question, answer)
+
+
+def _reached(question: Reach, answer: Outcome | None) -> Outcome | None:
+    """Return what an answer about EF says of a condition; None if it has no trace that shows it."""
+    if answer is None:
+        return None
+    if answer.status == "holds" and answer.trace is not None and not answer.reason.startswith("a run"):
+        return question.reached(answer.trace, DIAGRAMS)
+    if answer.status == "violated":
+        return Outcome("unreachable", states=answer.states, by=DIAGRAMS)
+    return None
 
 
 def _made(known: Known, budget: Budget) -> SymbolicStateSpace | None:

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
+from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, Phase, assume, given, settings
 
 from dineros.analysis.answers.budget import Budget
+from dineros.analysis.callbacks import refining
 from dineros.analysis.callbacks.blocking import without
-from dineros.analysis.callbacks.refining import Endings
+from dineros.analysis.callbacks.refining import Ending, Endings, Running
 from dineros.analysis.callbacks.waiting import Callback, Waiting
 from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
 from dineros.analysis.logic.language.atoms import BoundAtoms
@@ -112,3 +114,60 @@ def test_an_inhibitor_arc_is_asked_like_an_input() -> None:
     ending = Endings(net).of((0,), Budget().begun())
     assert ending.status == "waits"
     assert replay(net, ending.trace)[-1] == [1, 0, 0, 1]
+
+
+class _Costly(Endings):
+    """Says that the first callback needs more than half of all the time, and others need none."""
+
+    def of(self, running: Running, budget: Budget, work: int = 0) -> Ending:
+        assert budget.left is not None
+        is_enough = running != (0,) or budget.left > 50
+        return Ending("ends") if is_enough else Ending("unknown", is_limited=True)
+
+
+def test_time_that_others_do_not_need_is_divided_again() -> None:
+    net = CompiledNet.build({f"runs{number}": 0 for number in range(20)}, [])
+    asked = [(place,) for place in range(20)]
+    found = _Costly(net).of_all(asked, Budget(seconds=90))
+    assert {ending.status for ending in found.values()} == {"ends"}
+    assert list(found) == asked
+
+
+def test_what_needs_too_much_time_ends_the_passes() -> None:
+    net = CompiledNet.build({"runs": 0, "other": 0}, [])
+    found = _Costly(net).of_all([(0,), (1,)], Budget(seconds=40))
+    assert [found[0,].status, found[1,].status] == ["unknown", "ends"]
+
+
+def test_a_second_callback_begins_with_the_part_of_the_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each of some switches can only be turned on while the next one is on, and so on."""
+    size = 8
+    places = {"rests": 1, "one": 0, "other": 0}
+    rows = [
+        Transition("begin one", {"rests": 1}, {"one": 1}),
+        Transition("begin other", {"rests": 1}, {"other": 1}),
+        Transition("end one", {"one": 1}, {"rests": 1}, reads={"on0": 1}),
+        Transition("end other", {"other": 1}, {"rests": 1}, reads={"on0": 1}),
+    ]
+    for number in range(size):
+        places |= {f"on{number}": 0, f"off{number}": 1}
+        reads = {f"on{number + 1}": 1} if number + 1 < size else {}
+        rows += [
+            Transition(f"on {number}", {f"off{number}": 1}, {f"on{number}": 1}, reads=reads),
+            Transition(f"off {number}", {f"on{number}": 1}, {f"off{number}": 1}),
+        ]
+    made = 0
+
+    class Counted(refining._RefinedPart):
+        def __init__(self, *arguments: Any) -> None:
+            nonlocal made
+            made += 1
+            super().__init__(*arguments)
+
+    monkeypatch.setattr(refining, "_RefinedPart", Counted)
+    endings = Endings(CompiledNet.build(places, rows))
+    assert endings.of((1,), Budget().begun()).status == "ends"
+    assert made > size
+    made = 0
+    assert endings.of((2,), Budget().begun()).status == "ends"
+    assert made == 2

@@ -6,6 +6,7 @@ import importlib
 import pkgutil
 import random
 from collections.abc import Iterable
+from contextlib import suppress
 
 import pytest
 
@@ -16,8 +17,9 @@ from dineros.analysis.nets.witness import replay
 from dineros.analysis.portfolio import methods as folder
 from dineros.analysis.portfolio.answering import ALONE, stages
 from dineros.analysis.portfolio.branching_time import PLANS
+from dineros.analysis.portfolio.known import known_of
 from dineros.analysis.portfolio.method import Method
-from dineros.analysis.portfolio.methods.diagrams import DecisionDiagrams
+from dineros.analysis.portfolio.methods.diagrams import DecisionDiagrams, DiagramAtHand
 from dineros.analysis.portfolio.methods.explicit_search import ExplicitSearch
 from dineros.analysis.portfolio.methods.induction import Clauses, Induction
 from dineros.analysis.portfolio.methods.limits import NetWithLimits
@@ -28,6 +30,8 @@ from dineros.analysis.portfolio.methods.walks import Walks
 from dineros.analysis.portfolio.plans import COUNT, FIND, FIRE, PROVE, WITNESS
 from dineros.analysis.portfolio.reach import Reach
 from dineros.analysis.portfolio.scheduler import Stage, Together, Turn, answered
+from dineros.analysis.symbolic.engine import symbolic_state_space
+from dineros.analysis.symbolic.levels import UnknownBoundError
 from tests.analysis.logic.generated import atoms_of, random_net
 from tests.analysis.reference_search import distances
 
@@ -35,6 +39,7 @@ LIMITS = Budget(1 << 24, states=2_000, seconds=1)
 LEAST = {
     Clauses: 20,
     DecisionDiagrams: 60,
+    DiagramAtHand: 60,
     ExplicitSearch: 90,
     Induction: 20,
     NetWithLimits: 0,
@@ -80,6 +85,9 @@ def test_a_method_alone(kind: type[Method]) -> None:
         one, other = (rng.choice(atoms_of(rng, net, with_fired=False)) for _ in range(2))
         condition: Formula = rng.choice([one, Not(one), And((one, Not(other))), Or((one, other))])
         question = Reach(net, condition, NetNames(net))
+        if kind is DiagramAtHand:
+            with suppress(UnknownBoundError):
+                known_of(net).space = symbolic_state_space(net, LIMITS)
         made = ReducedNet((Turn(ExplicitSearch()),)) if kind is ReducedNet else kind()
         answer = answered(question, [Turn(made)], LIMITS)
         if answer.status == "unknown":
