@@ -1,10 +1,10 @@
 """Every question with a yes/no answer that can be asked of any model (paper, Sect. 7).
 
 Cheap questions come first: the properties of the model, each for a while, and the growth of tokens. The
-complete state space of the net without signals answers most other questions at once; a witness is then
-searched breadth first, so that it is a shortest one. If the space is expensive, what a short search and
-walks find is reported first, and a smaller net may answer instead; if it is infinite, the search answers what
-it can.
+properties that are left are asked again as soon as all markings are there. The complete state space of the
+net without signals answers most other questions at once; a witness is then searched breadth first, so that it
+is a shortest one. If the space is expensive, what a short search and walks find is reported first, and a
+smaller net may answer instead; if it is infinite, the search answers what it can.
 """
 
 from __future__ import annotations
@@ -87,6 +87,10 @@ def ask_all(checked: Checked, asked: Sequence[Question]) -> None:
             question.ask(checked)
         if len(report.unknown) > before:
             report.open_rules |= {fault.rule for fault in question.faults}
+        if isinstance(question, Boundedness) and report.space is not None:
+            for other in asked:
+                with checked.guarded(None):
+                    other.ask_with_space(checked)
     qualify(checked)
 
 

@@ -55,9 +55,14 @@ class Properties(Question):
 
     def ask_first(self, checked: Checked) -> None:
         """Ask each for a short while."""
-        for property in properties_of(checked.model):
+        for property in _left(checked):
             share = checked.budget.share(FIRST_SHARE).at_most(FIRST_SECONDS)
             self._ask_of(checked, property, share, is_first=True)
+
+    def ask_with_space(self, checked: Checked) -> None:
+        """Ask those that are left for a short while, if they are about the net of the state space."""
+        if self._subject(checked) is checked.subject:
+            Properties.ask_first(self, checked)
 
     def ask_bounds(self, checked: Checked) -> None:
         """Prove bounds of latencies by response-time analysis, before anything that takes long."""

@@ -237,6 +237,9 @@ class Question(ABC):
     def ask_first(self, checked: Checked) -> None:  # noqa: B027 - most questions have nothing to say so early
         """Answer what costs little, before any question is asked that may take long."""
 
+    def ask_with_space(self, checked: Checked) -> None:  # noqa: B027 - only properties come before other questions
+        """Answer what the state space answers at once, before questions that search for runs."""
+
     @abstractmethod
     def ask(self, checked: Checked) -> None:
         """Put what is found, proved or not known into the report."""

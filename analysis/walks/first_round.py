@@ -18,7 +18,10 @@ from dataclasses import dataclass, field
 from functools import partial
 from time import thread_time
 
+import numpy as np
+
 from dineros.analysis.answers.budget import Budget
+from dineros.analysis.answers.evidence import Row
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.coverability import Pumping
 from dineros.analysis.walks.arrays import Int64Array
@@ -141,13 +144,33 @@ class _Round:
                 return
             if any(place in known.places for known in self.found.pumpings):
                 continue
-            counts = firings(nothing, [({place: 1}, 1)], is_loop=True)
-            if counts is None:
-                continue
-            self.scout.taken()
-            own = clock.part(len(growing) - number)
-            self._try(counts, own, lambda: self.scout.pumping is not None, [place])
-            self.found.pumpings += [short_pumping(self.net, each, [place]) for each in self.scout.taken()]
+            loops = self._loops(nothing, place)
+            for tried, counts in enumerate(loops):
+                self.scout.taken()
+                own = clock.part((len(growing) - number) * (len(loops) - tried))
+                self._try(counts, own, lambda: self.scout.pumping is not None, [place])
+                found = self.scout.taken()
+                self.found.pumpings += [short_pumping(self.net, each, [place]) for each in found]
+                if found:
+                    break
+
+    def _loops(self, nothing: CompiledNet, place: int) -> list[Int64Array]:
+        """Return firings of loops that add tokens to a place: at first those before which little is needed.
+
+        A step that needs a full queue is short in the loop, but the way to it is long.
+        """
+        initial = self.net.initial.tolist()
+        filled = [
+            sum(max(0, weight - initial[p]) for p, weight in self.net.pre.row(t))
+            for t in range(len(self.net.transitions))
+        ]
+        rows: list[Row] = [({place: 1}, 1)]
+        found = [firings(nothing, rows, -1 - np.array(filled), is_loop=True)]
+        found.append(firings(nothing, rows, is_loop=True))
+        first, second = found
+        if first is not None and second is not None and (first == second).all():
+            return [first]
+        return [counts for counts in found if counts is not None]
 
     def _try(
         self,

@@ -5,6 +5,9 @@ from __future__ import annotations
 import pytest
 
 from dineros.analysis.checks.check import check
+from dineros.analysis.checks.overflow import Overflow
+from dineros.analysis.checks.properties import Properties
+from dineros.analysis.checks.question import Checked
 from tests.support.ros2_systems.late_answers import late_configure
 
 
@@ -24,3 +27,27 @@ def test_its_remedies_are_proved(timeout: float | None) -> None:
     report = check(late_configure(idempotent=timeout is not None, timeout=timeout))
     assert not report.unknown
     assert not [each for each in report.findings if each.severity == "error"]
+
+
+def test_properties_come_before_other_questions_once_all_markings_are_there(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """On a busy machine, the first short while decides nothing; then the diagram of all markings does."""
+    model, told = late_configure(), list[set[str]]()
+    ask_first, ask = Properties.ask_first, Overflow.ask
+    rounds = iter([False, True])
+
+    def ask_first_in_vain(self: Properties, checked: Checked) -> None:
+        if next(rounds):
+            ask_first(self, checked)
+
+    def ask_overflow(self: Overflow, checked: Checked) -> None:
+        told.append(set(checked.told))
+        ask(self, checked)
+
+    monkeypatch.setattr(Properties, "ask_first", ask_first_in_vain)
+    monkeypatch.setattr(Overflow, "ask", ask_overflow)
+    report = check(model)
+    assert report.space is not None
+    (known,) = told
+    assert {f"property {each.id}" for each in model.properties} <= known

@@ -73,6 +73,22 @@ def test_a_place_that_grows_only_by_a_long_loop_is_met() -> None:
     assert not pumping.prefix
 
 
+def test_no_queue_is_filled_for_a_loop_that_does_without() -> None:
+    """A full queue loses messages, which makes a shorter loop; but the way to it would be long."""
+    net = CompiledNet.build(
+        {"ready": 1, "message": 0, "queue": 0, "room": 10, "log": 0},
+        [
+            Transition("make", {"ready": 1}, {"message": 1, "log": 1}),
+            Transition("enter", {"message": 1, "room": 1}, {"queue": 1, "ready": 1}),
+            Transition("lose", {"message": 1}, {"ready": 1}, reads={"queue": 10}),
+            Transition("take", {"queue": 1}, {"room": 1}),
+        ],
+    )
+    (pumping,) = first_round(net, LIMITS, growing=[net.places.index("log")]).pumpings
+    assert len(pumping.prefix) <= 2
+    assert sorted(net.transitions[t] for t in pumping.suffix) == ["enter", "make", "take"]
+
+
 def test_a_loop_takes_away_what_inhibits_one_of_its_firings() -> None:
     # "ask" needs work under way, "dock" needs that there is none: only a loop with "end" and "begin" repeats.
     rows = [
