@@ -163,15 +163,13 @@ def say_disorder(witness: Witness) -> None:
 
 def _say_steps(steps: Sequence[Step], before: int) -> None:
     """Print firings that follow a number of others."""
-    from dineros.analysis.witnesses.folding import folded
+    from dineros.analysis.witnesses.step_rounds import step_rounds
 
-    lines = [step.shown for step in steps]
-    for block in folded(lines):
-        first = before + block.start + 1
-        if block.times > 1:
-            what = "the next step" if block.length == 1 else f"the next {block.length} steps"
-            say(f"  {what} {block.times} times, up to step {first + block.length * block.times - 1}:")
-        for number, line in enumerate(lines[block.start : block.start + block.length], first):
+    texts, times = [step.text for step in steps], [step.time for step in steps]
+    for found in step_rounds(texts, times, before):
+        if found.times > 1:
+            say(f"  {found.heading}")
+        for number, line in enumerate(found.steps, found.first):
             say(f"  {number:3}  {line}")
 
 

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from markupsafe import Markup
 
-from dineros.analysis.witnesses.folding import folded
+from dineros.analysis.witnesses.step_rounds import Times, step_rounds
 from dineros.metamodel import pn
 from dineros.metamodel.errors import DinerosError
 from dineros.views.nets import ViewModel, around, collapse_if_large, layout, to_svg, view_of
@@ -47,6 +47,8 @@ class FindingEntry:
         Message and rule of each fault that is there only because of this one.
     code : sequence of Excerpt
         The lines of source code that it is about, with those around them.
+    times : sequence of FiringTime or None
+        When the steps fire; empty if the net has no times.
     """
 
     severity: str
@@ -58,20 +60,19 @@ class FindingEntry:
     loop: int | None = None
     consequences: Sequence[tuple[str, str]] = ()
     code: Sequence[Excerpt] = ()
+    times: Times = ()
 
     @property
     def rounds(self) -> list[Round]:
         """The steps; a repeated block is listed once."""
         loop = len(self.steps) if self.loop is None else self.loop
         found: list[Round] = []
-        for begin, part in ((0, self.steps[:loop]), (loop, self.steps[loop:])):
-            for block in folded(part):
-                first = begin + block.start + 1
-                texts = list(part[block.start : block.start + block.length])
-                last, is_loop = first + block.length * block.times - 1, begin == loop
-                made = Round(first, last, texts, block.times, is_loop)
+        for begin, end in ((0, loop), (loop, len(self.steps))):
+            is_loop = begin == loop
+            for each in step_rounds(self.steps[begin:end], self.times[begin:end], begin):
+                made = Round(each.first, each.last, list(each.steps), each.times, is_loop, each.heading)
                 if found and found[-1].times == made.times == 1 and found[-1].is_loop == is_loop:
-                    made = made._replace(first=found[-1].first, steps=[*found.pop().steps, *texts])
+                    made = made._replace(first=found[-1].first, steps=[*found.pop().steps, *made.steps])
                 found.append(made)
         return found
 
@@ -89,6 +90,8 @@ class Round(NamedTuple):
         How often they come in a row.
     is_loop : bool
         Whether they repeat forever.
+    heading : str
+        What stands above them if they come more than once.
     """
 
     first: int
@@ -96,6 +99,7 @@ class Round(NamedTuple):
     steps: list[str]
     times: int
     is_loop: bool
+    heading: str
 
 
 @dataclass(frozen=True)

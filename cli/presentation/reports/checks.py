@@ -83,14 +83,16 @@ def _accepted(report: Report) -> list[tuple[str, str, str]]:
 def _entry(finding: Finding, source: str) -> FindingEntry:
     from dineros.views.reports.check_report import FindingEntry
 
-    view, steps, loop = None, [], None
+    view, steps, times, loop = None, [], [], None
     if finding.witness is not None and finding.witness.steps:
         from dineros.cli.presentation.traces import witness_builder
         from dineros.views.traces.coding import TraceCoder
 
         builder = witness_builder(finding.witness, source)
         view = TraceCoder(builder, finding.rule).snapshot()
-        steps, loop = [step.shown for step in finding.witness.steps], finding.witness.loop
+        found = finding.witness
+        steps, times = [step.text for step in found.steps], [step.time for step in found.steps]
+        loop = found.loop
     return FindingEntry(
         finding.severity,
         finding.rule,
@@ -100,6 +102,7 @@ def _entry(finding: Finding, source: str) -> FindingEntry:
         steps,
         loop,
         finding.shown_consequences,
+        times=times,
     )
 
 

@@ -120,7 +120,7 @@ def test_a_finding_about_the_whole_model_has_no_picture_of_a_part() -> None:
 def test_steps_that_repeat_are_listed_once() -> None:
     steps = ["begin", *["ask", "answer"] * 6, "end", *["wait"] * 5]
     rounds = FindingEntry("error", "rule", "message", steps=steps, loop=14).rounds
-    assert rounds == [
+    assert [each[:5] for each in rounds] == [
         (1, 1, ["begin"], 1, False),
         (2, 13, ["ask", "answer"], 6, False),
         (14, 14, ["end"], 1, False),
