@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import replace
 from fractions import Fraction
 
+from dineros.analysis.bounds.histories import histories_of_calls
 from dineros.analysis.bounds.reading import Tasks
 from dineros.analysis.bounds.solving import solve
 from dineros.analysis.bounds.tasks import Task
@@ -132,6 +133,7 @@ class Bounds:
                 longest = self.longest(reader)
                 at_most = int(reader.limit) if longest is None else min(longest, int(reader.limit))
                 found.readers[reader.place.id] = at_most, False if self.never_overflows(reader) else None
+        found.readers.update(histories_of_calls(self._model, self._tasks.all, self._solved))
         return found
 
     # ------------------------------------------------------------------------------------------------- paths

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 from dineros.analysis.answers.budget import Budget
+from dineros.analysis.latencies.histories import histories_of
 from dineros.analysis.latencies.instances import Instance, longest_instance
 from dineros.analysis.latencies.markers import Asks
 from dineros.analysis.latencies.measuring import Bound, Measured, measured
@@ -96,8 +97,8 @@ class Everything:
     callbacks : dict of str to Latency
         Response times by the id of a callback.
     readers : dict of str to (int, bool or None)
-        By place of a subscriber: the greatest number of messages in its history, and whether it can
-        overflow; None if that is not known.
+        By history of a reader, server, client or action (`histories_of`): the greatest number of messages in
+        it, and whether it can overflow; None if that is not known.
     timers : dict of str to bool or None
         By the id of a timer's callback, whether it can lose ticks; None if that is not known.
     starved : dict of str to bool or None
@@ -279,10 +280,8 @@ class Latencies:
                 found.starved[page.id] = self.starves(page)
         names = self._subject.timed.untimed.transitions
         fired = {names[t] for t in self._explored.ways}
-        index = {name: at for at, name in enumerate(self._subject.timed.untimed.places)}
-        for reader, queue in self._parts.histories.items():
-            longest = int(self._explored.markings[:, index[queue.load]].max())
-            found.readers[reader.place.id] = longest, bool(fired & set(queue.drops))
+        for name, history in histories_of(self._subject.links()).items():
+            found.readers[name] = history.longest(self._explored), bool(fired & history.drops)
         for page, loses in self._parts.lost_ticks.items():
             found.timers[page.id] = loses in fired
         return found

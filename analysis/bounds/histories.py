@@ -1,0 +1,59 @@
+"""What waits at most in the histories of servers and clients, by what clients have under way at once."""
+
+from __future__ import annotations
+
+from dineros.analysis.bounds.solving import Solved
+from dineros.analysis.bounds.tasks import Task
+from dineros.analysis.latencies.histories import history_name
+from dineros.metamodel import sym
+from dineros.metamodel.callbacks.waiting import goal_counts, outstanding_counts
+from dineros.metamodel.calls import HISTORY_DEPTH, UNLIMITED
+from dineros.metamodel.elements import channels, node_nets
+
+Waiting = tuple[int, bool | None]
+"""The greatest number that waits, and whether the history can overflow; None if that is not known."""
+
+
+def histories_of_calls(model: sym.SystemModel, tasks: list[Task], solved: Solved) -> dict[str, Waiting]:
+    """Return what waits at most in histories of requests, responses, goals, results, answers and feedback.
+
+    Parameters
+    ----------
+    model
+        A system model.
+    tasks, solved
+        Its callbacks and their bounds.
+    """
+    # What a node that stops has not taken is lost, whatever fits.
+    comes_and_goes = any(node.lifecycle is not None for node in node_nets(model))
+    found: dict[str, Waiting] = {}
+
+    def add(kind: str, place: object, depth: int, most: int | None) -> None:
+        is_kept = most is not None and not comes_and_goes
+        longest = depth if most is None or comes_and_goes else most
+        found[history_name(kind, place)] = longest, False if is_kept else None
+
+    under_way = outstanding_counts(model)
+    for service in channels(model, sym.ServiceChannel):
+        depth = int(service.depth)
+        served = [task for task in tasks if task.server is service.server and task in solved.waited]
+        longest = min(solved.waited[served[0]].longest, served[0].held) if served else None
+        longest = None if longest is None or longest > depth else longest
+        add("request", service.server.entry, depth, longest)
+        for client in service.clients:
+            most = under_way[client]
+            add("response", client.response, depth, None if most == UNLIMITED else most)
+    goals = goal_counts(model)
+    for action in channels(model, sym.ActionChannel):
+        sent = [goals[sender] for sender in action.clients]
+        add("goal", action.server.entry, HISTORY_DEPTH, None if UNLIMITED in sent else sum(sent))
+        for sender in action.clients:
+            known = None if goals[sender] == UNLIMITED else goals[sender]
+            add("result", sender.goal, HISTORY_DEPTH, known)
+            if sender.accepted is not None or action.server.mayReject:
+                # Acceptances can gather: a client of several goals can take results first.
+                told = known if sender.accepted is None or known == 1 else None
+                add("answer", sender.goal, HISTORY_DEPTH, told)
+            if sender.feedback is not None and action.server.feedback is not None:
+                add("feedback", sender.feedback, int(action.depth), None)
+    return found
