@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from dineros.analysis.answers.budget import UNLIMITED, Budget, BudgetExceededError
+from dineros.analysis.answers.budget import RAN_OUT, UNLIMITED, Budget, BudgetExceededError
 from dineros.analysis.logic.language.atoms import Condition, Linear, NoneEnabled, SomeEnabled, SomeFired
 from dineros.analysis.logic.language.syntax import (
     OPERATORS,
@@ -200,7 +200,8 @@ def first_classes(net: TimedNet, kind: Kind, budget: Budget, most: int | None) -
     search.run()
     is_complete = search.reason is None
     if not is_complete and (most is None or search.reason != "states"):
-        raise BudgetExceededError(search.reason)
+        reason = str(search.reason)
+        raise BudgetExceededError(RAN_OUT.get(reason, reason))
     budget.check_memory(search.memory_bytes + 6 * 8 * search.edges)
     marking_of, source, target, label = search.arrays()
     markings = search.markings()

@@ -12,7 +12,7 @@ from dineros.analysis.model.times import UsedTimes
 from dineros.analysis.timed_checks.timed_check import check_timed
 from dineros.analysis.witnesses.findings import Finding, Report
 from dineros.metamodel import sym
-from dineros.metamodel.build import callback, place, seconds, step
+from dineros.metamodel.build import callback, node_net, place, seconds, step
 from dineros.metamodel.elements import find, node_nets
 from dineros.observation.importing.building import to_model
 from dineros.observation.systems import ObservedNode, ObservedSystem, TopicEndpoint
@@ -109,3 +109,37 @@ def test_an_overflow_for_all_given_times_is_an_error(missing: str) -> None:
     report = Report(findings=[found], times=None if missing == "times" else TIMES)
     (after,) = left_to_durations(model, report).findings
     assert after.severity == ("note" if missing else "error")
+
+
+def test_a_missing_time_is_named_where_it_decides() -> None:
+    """A slow timer and a subscription of one thread: all durations are given, but no latency."""
+    model = sym.SystemModel(id="slow_timer", middleware="ros2")
+    source = node_net(model, "source", execution="callbacks")
+    worker = node_net(model, "worker", execution="callbacks", order="rclpy")
+    sends, works = callback(source, "OnSend", "timer"), callback(worker, "OnProcess", "timer")
+    for page in (sends, works):
+        page.timer, page.duration = 0.1, seconds(0.001, 0.001)
+    sent = place(sends, "Sent")
+    step(sends, "Send", [], [sent])
+    step(works, "Process")
+    reads = callback(worker, "OnData")
+    data = place(reads, "Data")
+    step(reads, "Copy", [data])
+    reads.duration = seconds(0.001, 0.001)
+    topic = sym.TopicChannel(id="Topic", topic="/data", model=model)
+    topic.publishers.append(sym.PublisherPort(place=sent))
+    topic.subscribers.append(sym.SubscriberPort(place=data))
+    missing = "the model gives no latency for topic /data"
+    (after,) = left(model, TIMES).unknown
+    assert after.reason == f"time ran out; {missing}"
+    finding = Finding("queue-overflow", "error", ("Topic", "Data"), "the history can overflow")
+    report = Report(findings=[finding], times=TIMES)
+    (found,) = left_to_durations(model, report).findings
+    assert (found.severity, found.message) == ("error", f"the history can overflow; {missing}")
+    other = Outcome.left_open("what is not about time", "the guard is too large")
+    assert left_to_durations(model, Report(unknown=[other], times=TIMES)).unknown == [other]
+    topic.latency = seconds(0, 0.001)
+    assert left(model, TIMES).unknown[0].reason == "time ran out"
+    assert left_to_durations(model, report).findings == [finding]
+    works.duration = None
+    assert left(model, TIMES).unknown[0].reason.endswith("the duration of callback OnProcess is not given")
