@@ -221,6 +221,10 @@ def check(
         from dineros.analysis.timed_checks.timed_check import ask_timed
 
         with_times = ask_timed(net, report, budget.share(ASKED_SHARE), orders)
+        if with_times is not None:
+            from dineros.analysis.consequences.precautions import about_precautions
+
+            report.findings[:] = about_precautions(with_times.timed, report, budget).findings
     elif scheduler is None:
         check_model(net, budget.share(ASKED_SHARE), report, behaviour, orders)
     if with_times is not None and confirm:

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from dineros.analysis.timed_checks.timed_check import check_timed
+from dineros.analysis.answers.budget import UNLIMITED
+from dineros.analysis.consequences.precautions import about_precautions
+from dineros.analysis.timed_checks.timed_check import ask_timed, check_timed
+from dineros.analysis.witnesses.findings import Report
 from dineros.metamodel import sym
 from dineros.metamodel.build import callback, here, inhibit, node_net, place, read, seconds, step
 from dineros.metamodel.constraints import validate
@@ -204,10 +207,27 @@ def late_configure(work: tuple[float, float], patience: float = 10.0) -> sym.Sys
     return model
 
 
+def judged(model: sym.SystemModel) -> Report:
+    """Return what a check with times finds, where precautions are notes."""
+    report = Report()
+    checked = ask_timed(model, report)
+    assert checked is not None
+    return about_precautions(checked.timed, report, UNLIMITED)
+
+
 @pytest.mark.long
 def test_a_request_that_is_served_late() -> None:
     """10 ms of work are safe against 10 s of patience; 12 s are not."""
-    assert "property-violated" not in findings(late_configure((0.01, 0.01)))
+    healthy = judged(late_configure((0.01, 0.01)))
+    assert not healthy.unknown
+    never = {each.elements for each in healthy.findings if each.rule == "dead-transition"}
+    assert never == {("IsConfigured",), ("TryAgain",)}, "they follow a time-out that never comes"
+    assert {each.severity for each in healthy.findings} == {"note"}
+    model = late_configure((0.01, 0.01))
+    spawner = find(model, "spawner", sym.NodeNet)
+    step(spawner, "Useless", [place(spawner, "Nothing")])
+    faults = {each.elements for each in judged(model).findings if each.severity != "note"}
+    assert faults == {("Useless",)}, "what can never fire at all stays a warning"
     late = check_timed(late_configure((9.0, 12.0)))
     assert "property-violated" in {each.rule for each in late.findings}
 
