@@ -201,6 +201,11 @@ class Latencies:
         return self._subject
 
     @property
+    def explored(self) -> Explored:
+        """The markings and firings of the net."""
+        return self._explored
+
+    @property
     def reason(self) -> str:
         """Why the markings are not all known, without which nothing is measured; empty if they are."""
         return self._explored.reason

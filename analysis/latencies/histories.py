@@ -43,7 +43,7 @@ class History:
     places : tuple of str
         Places of the net whose tokens wait in it.
     drops : frozenset of str
-        Transitions by which it loses something.
+        Transitions by which it loses something, also a request whose client has given up.
     """
 
     places: tuple[str, ...]
@@ -64,11 +64,15 @@ def histories_of(links: Iterable[Link]) -> dict[str, History]:
     goals, with ``.results`` and ``.answers``.
     """
     links = [each for each in links if isinstance(each.target, pn.Node)]
-    found = {
-        history_name(queue.kind, queue_end(queue.link)): History((queue.load,), frozenset(queue.drops))
-        for queue in queues_of(links)
-        if queue.kind not in _SENT
-    }
+    instead: dict[str, set[str]] = defaultdict(set)
+    for link in links:
+        if link.meaning is not None and link.meaning.queue and link.meaning.part == "instead":
+            instead[history_name(link.meaning.queue, queue_end(link))].add(link.target.id)
+    found = {}
+    for queue in queues_of(links):
+        if queue.kind not in _SENT:
+            name = history_name(queue.kind, queue_end(queue.link))
+            found[name] = History((queue.load,), frozenset({*queue.drops, *instead[name]}))
     others: dict[str, list[str]] = defaultdict(list)
     for link in links:
         kind = None if link.maker is None else _WITHOUT_QUEUE.get((link.maker, link.role))

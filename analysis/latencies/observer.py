@@ -186,6 +186,10 @@ class Observer:
     def _serve(self, number: int, page: sym.CallbackPage, begun: dict[int, dict[str, int]]) -> None:
         """Follow a request from its arrival to the beginning of the callback that serves it."""
         service = only([each for each in self._parts.requests if each.server.page is page])
+        if tired := next((each for each in service.clients if each.timeout), None):
+            raise NotFollowedError(
+                f"client {tired.client} of service {service.service} can give up while its request waits"
+            )
         places = self._parts.requests[service]
         self._is_exact &= len(places) == 1 and self._asks != "reaction"
         for at, place in enumerate(places):

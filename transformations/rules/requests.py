@@ -275,6 +275,7 @@ class R6Late(StandardRule, phase=Phase.services, middleware="ros2"):
         means=Meaning(
             "instance {instance} of service {service} answers a client that no longer waits", step=Reply
         ),
+        at_once=True,
     )
     arcs = [
         arc(exit, t_return),

@@ -295,6 +295,17 @@ class CallsOnTheWay(Query):
         return max(client.outstanding or 1, 0)
 
 
+class CallsArriveInTime(Query):
+    """Whether requests of all clients of a service have clocks while they are on their way."""
+
+    datatype = TRUTH
+    _words = "all requests of {} are on their way for a given time"
+
+    @staticmethod
+    def _answer(service: sym.ServiceChannel) -> bool:
+        return all(CallsOnTheWay._answer(client) > 0 for client in service.clients)
+
+
 class GoalsInTime(Query):
     """Whether goals of an action, and requests to cancel them, are taken within a time."""
 

@@ -26,7 +26,7 @@ from dineros.transformations.rules.queries.times import (
     OnTheWay,
     PublishesWithoutEnd,
 )
-from dineros.transformations.rules.requests import R5Client
+from dineros.transformations.rules.requests import R5Client, R6Client
 from dineros.transformations.rules.services import S1
 from dineros.transformations.rules.times.clocks import Clock
 
@@ -179,6 +179,18 @@ class D6Enter(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 
     enters = at_once(enter)
     drops = at_once(drop)
+
+    where = [CallsOnTheWay(client) > 0]
+
+
+class D6Instead(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """So it does in the place of a request whose client has given up."""
+
+    client = Node(sym.ClientPort)
+    instead = Made(R6Client.instead, of=client)
+    enter = Node(pn.Transition, of=instead)
+
+    enters = at_once(enter)
 
     where = [CallsOnTheWay(client) > 0]
 

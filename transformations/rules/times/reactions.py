@@ -10,6 +10,7 @@ from dineros.transformations.language.patterns import Index, Made, Node
 from dineros.transformations.rules.histories import R3
 from dineros.transformations.rules.phases import Phase, StandardRule
 from dineros.transformations.rules.queries.times import (
+    CallsArriveInTime,
     CallsOnTheWay,
     HandledUntil,
     IsHandled,
@@ -17,6 +18,7 @@ from dineros.transformations.rules.queries.times import (
     ReactsFrom,
     ReactsUntil,
 )
+from dineros.transformations.rules.requests import R6Instance
 from dineros.transformations.rules.services import S1, S2, Home, instances
 
 
@@ -72,6 +74,22 @@ class D7Request(StandardRule, phase=Phase.intervals, middleware="ros2", times=Tr
     )
 
     where = [CallsOnTheWay(client) > 0, Reacts(node, move)]
+
+
+class D7Late(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
+    """So it takes a request whose client has given up."""
+
+    service = Node(sym.ServiceChannel)
+    node = Node(sym.NodeNet, of=Home(service.server.entry))
+    instance = Index(upto=instances(service))
+    taken = Made(R6Instance.t_call, of=[service, instance])
+    move = Node(pn.Transition, of=taken)
+
+    reaction = New(
+        pn.TimeInterval, into=Path(move, "interval"), earliest=ReactsFrom(node), latest=ReactsUntil(node)
+    )
+
+    where = [CallsArriveInTime(service), Reacts(node, move)]
 
 
 class D7Response(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):

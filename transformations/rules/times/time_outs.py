@@ -1,15 +1,16 @@
-"""Time-outs of clients (rule D8): a client gives up at any time after its time-out, not before."""
+"""Time-outs of clients (rule D8): a callback gives up when its time-out is over, an engine from then on."""
 
 from __future__ import annotations
 
 from dineros.metamodel import pn, sym
+from dineros.transformations.language.functions import count
 from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Index, Made, Node
-from dineros.transformations.rules.notation import arc, inhibit, place, read, transition
+from dineros.transformations.rules.notation import arc, at_once, inhibit, place, read, transition
 from dineros.transformations.rules.phases import Phase, StandardRule
-from dineros.transformations.rules.queries.times import CallsOnTheWay, GivesUpInTime, TimeOut
-from dineros.transformations.rules.requests import GIVES_UP, GIVING_UP, StopsWaiting
-from dineros.transformations.rules.services import S1
+from dineros.transformations.rules.queries.times import CallsOnTheWay, GivesUpInTime, RunsCallbacks, TimeOut
+from dineros.transformations.rules.requests import GIVES_UP, GIVING_UP, R6, StopsWaiting
+from dineros.transformations.rules.services import S1, S2
 from dineros.transformations.rules.times.latencies import REQUEST, D6BackClock
 
 
@@ -87,3 +88,40 @@ class D8GiveUp(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
     given = Made(StopsWaiting, of=client)
 
     arcs = [arc(asks, given.give_up), arc(over, given.give_up)]
+
+
+class D8Prompt(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """A callback that waits for the response gives up as soon as its time-out is over."""
+
+    client = Node(sym.ClientPort)
+    given = Made(StopsWaiting, of=client)
+    move = Node(pn.Transition, of=given.give_up)
+
+    prompt = at_once(move)
+
+    where = [GivesUpInTime(client), RunsCallbacks(client.request)]
+
+
+class D8BackPrompt(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """It does so, too, if a response is on its way."""
+
+    client = Node(sym.ClientPort)
+    given = Made(D8Back.give_up, of=client)
+    move = Node(pn.Transition, of=given)
+
+    prompt = at_once(move)
+
+    where = [RunsCallbacks(client.request)]
+
+
+class D8First(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """The requests of one client are taken in their order, so those that it has given up come first."""
+
+    service = Node(sym.ServiceChannel)
+    client = Node(sym.ClientPort, channel=service)
+    late = Made(R6.late, of=service)
+    call = Made(S2.t_call, of=client)
+
+    waits = inhibit(late, call)
+
+    where = [GivesUpInTime(client), count(service.clients) == 1]

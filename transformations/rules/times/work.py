@@ -17,6 +17,7 @@ from dineros.transformations.rules.notation import SHEET, arc, at_once, place, r
 from dineros.transformations.rules.phases import Phase, StandardRule
 from dineros.transformations.rules.queries.callbacks import Callback, Ends
 from dineros.transformations.rules.queries.times import (
+    CallsArriveInTime,
     CallsOnTheWay,
     GivenDuration,
     GoalDuration,
@@ -29,7 +30,8 @@ from dineros.transformations.rules.queries.times import (
     Waits,
     WorksOnGoals,
 )
-from dineros.transformations.rules.services import S1, S2
+from dineros.transformations.rules.requests import R6Instance
+from dineros.transformations.rules.services import S1, S2, instances
 from dineros.transformations.rules.times.clocks import Clock
 
 
@@ -58,6 +60,21 @@ class D2Serve(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
     prompt = at_once(move)
 
     where = [beginning.move == move, CallsOnTheWay(client) > 0, ~HasInterval(move)]
+
+
+class D2Late(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """So it takes a request whose client has given up."""
+
+    service = Node(sym.ServiceChannel)
+    instance = Index(upto=instances(service))
+    call = Made(R6Instance.t_call, of=[service, instance])
+    move = Node(pn.Transition, of=call)
+    page = Node(sym.CallbackPage)
+    beginning = Made(E3Serve.beginning, of=page)
+
+    prompt = at_once(move)
+
+    where = [beginning.move == move, CallsArriveInTime(service), ~HasInterval(move)]
 
 
 class D2Response(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
