@@ -11,6 +11,7 @@ from dineros.analysis.answers.budget import Budget
 from dineros.analysis.latencies.markers import DONE, GO, LOST, OVER
 from dineros.analysis.latencies.observer import Observer
 from dineros.analysis.timed.classes import Kind
+from dineros.analysis.timed.exploring import SEARCH_REASONS
 from dineros.analysis.timed.nets import TimedNet
 from dineros.analysis.timed.search import ClassSearch
 
@@ -128,7 +129,7 @@ def _searched(net: TimedNet, limit: Fraction, budget: Budget, stops: bool = True
         greatest,
         bool((markings[:, lost] > 0).any()),
         search.is_done,
-        "" if search.is_done else str(search.reason),
+        "" if search.is_done else SEARCH_REASONS.get(str(search.reason), str(search.reason)),
         search.classes,
         bool((markings[:, [go, done, lost, over]].sum(axis=1) == 0).any()),
     )

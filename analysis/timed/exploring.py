@@ -27,11 +27,12 @@ FIRST_LOOK = 500
 LONGEST_WAY = 20_000
 """Firings of a sequence whose times are computed."""
 
-_REASONS = {
+SEARCH_REASONS = {
     **RAN_OUT,
     "states": "there are too many state classes",
     "tokens": "a place holds too many tokens",
 }
+"""Why a search for state classes did not end, by its reason, in words."""
 
 Trace = tuple[int, ...]
 
@@ -69,7 +70,7 @@ class Explored:
         if self.is_complete:
             return ""
         reason = self.search.reason or "tokens grow without bound, so the search has no end"
-        return _REASONS.get(reason, reason)
+        return SEARCH_REASONS.get(reason, reason)
 
     @cached_property
     def markings(self) -> Int64Array:
