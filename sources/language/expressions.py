@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import ast
+from collections import Counter
+from functools import lru_cache
 
 from dineros.sources.language.constants import call_constant
 from dineros.sources.language.gathering import Collections
@@ -65,7 +67,8 @@ class Expressions(Collections):
             if holder is not None:
                 found = self.read_slot(holder, name)
                 if found is not None:
-                    return found
+                    is_own = here is frame and name in _assigned_once(frame.module)
+                    return self._as_assigned(found) if is_own else found
             elif name in here.names and not is_global and not _is_hidden(here, frame):
                 return here.names[name]
             here = here.outer
@@ -77,6 +80,12 @@ class Expressions(Collections):
         if stars and name[:1].isupper() and all(each.endswith((".msg", ".srv", ".action")) for each in stars):
             return join(Outside(f"{each}.{name}", is_star=True) for each in stars)
         return None
+
+    @staticmethod
+    def _as_assigned(value: Value) -> Value:
+        """Return the value of a constant for the code of its own module, as it was assigned."""
+        is_plain = isinstance(value, Const) and value.origin == "variable"
+        return Const(value.value) if is_plain and isinstance(value, Const) else value
 
     def assign_variable(self, name: str, value: Value, frame: Frame) -> None:
         """Assign a value to a variable."""
@@ -324,6 +333,24 @@ _BUILT_IN = frozenset(
         "IOError",
     ]
 )
+
+
+@lru_cache(maxsize=4096)
+def _assigned_once(module: Module) -> frozenset[str]:
+    """Return the constants of a module, in capital letters, that only one statement assigns, in no branch."""
+    names = (each for each in ast.walk(module.tree) if isinstance(each, ast.Name))
+    stores = Counter(each.id for each in names if not isinstance(each.ctx, ast.Load))
+    changed = {name for each in ast.walk(module.tree) if isinstance(each, ast.Global) for name in each.names}
+    return frozenset(
+        target.id
+        for each in module.tree.body
+        if isinstance(each, ast.Assign)
+        for target in each.targets
+        if isinstance(target, ast.Name)
+        and target.id.isupper()
+        and stores[target.id] == 1
+        and target.id not in changed
+    )
 
 
 def _is_hidden(outer: Frame, frame: Frame) -> bool:

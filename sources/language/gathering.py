@@ -23,6 +23,8 @@ from dineros.sources.language.values import (
     options,
 )
 
+OF_ROS2 = {"ROS_VERSION": "2", "ROS_PYTHON_VERSION": "3"}
+"""Variables of the environment that each set-up of ROS 2 sets, and their values."""
 MOST_TURNS = 64
 """Limit of the iterations of a loop that are followed one by one."""
 
@@ -186,6 +188,6 @@ def put(mapping: Mapping, key: Value, value: Value) -> None:
 def _subscripted(value: Outside, key: Value, _text: str) -> Value:
     """Return a type with parameters as the type; an element of something unknown is unknown."""
     if value.path.startswith("os.environ"):
-        name = key.value if isinstance(key, Const) else "?"
-        return Open(f"environment {name}")
+        name = str(key.value) if isinstance(key, Const) else "?"
+        return Const(OF_ROS2[name]) if name in OF_ROS2 else Open(f"environment {name}")
     return Open(_text) if isinstance(key, Const) else value

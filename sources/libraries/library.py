@@ -8,6 +8,7 @@ from collections.abc import Mapping as AnyMapping
 
 from dineros.sources.facts import NodeFact, is_open
 from dineros.sources.language.constants import call_built_in
+from dineros.sources.language.gathering import OF_ROS2
 from dineros.sources.language.machine import Machine
 from dineros.sources.language.values import (
     NONE,
@@ -41,7 +42,7 @@ from dineros.sources.libraries.idioms import Idiom
 from dineros.sources.libraries.making import CREATES, Maker
 
 _NODES = ("Node", "LifecycleNode", "ManagedNode")
-_ALWAYS_SET = frozenset(("ROS_DISTRO", "ROS_VERSION", "HOME", "USER", "PATH", "PWD", "HOSTNAME", "SHELL"))
+_ALWAYS_SET = frozenset(("ROS_DISTRO", "HOME", "USER", "PATH", "PWD", "HOSTNAME", "SHELL"))
 _ONLY_LOOK = frozenset(
     (
         *("abs", "bool", "callable", "chr", "float", "hasattr", "hash", "id", "int", "isinstance"),
@@ -190,6 +191,8 @@ class RosLibrary:
 
     def _environment(self, args: list[Value]) -> Value:
         name = text_of(args[0] if args else None)
+        if name in OF_ROS2:
+            return Const(OF_ROS2[name])
         default = args[1] if len(args) > 1 else NONE
         if name in _ALWAYS_SET or is_open(name):
             return Open(f"environment {name}")
@@ -258,9 +261,8 @@ class RosLibrary:
         if name == "declare_parameters":
             return self._declare_all(fact, call)
         if name in ("get_parameter", "get_parameter_or"):
-            found = self.maker.parameter(fact, call.argument(0, "name"))
-            other = call.argument(1, "alternative_value")
-            return other if isinstance(found, Open) and other is not None and name.endswith("_or") else found
+            other = call.argument(1, "alternative_value") if name.endswith("_or") else None
+            return self.maker.parameter(fact, call.argument(0, "name"), other)
         if name == "has_parameter":
             return Open("has_parameter()")
         if name in ("set_parameters", "set_parameters_atomically"):

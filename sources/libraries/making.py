@@ -146,11 +146,17 @@ class Maker:
             fact.entities.append(Entity("parameters", text, at, text, details={"default": shown}))
         return value
 
-    def parameter(self, fact: NodeFact, name: Value | None) -> Value:
-        """Return the value of a parameter."""
+    def parameter(self, fact: NodeFact, name: Value | None, other: Value | None = None) -> Value:
+        """Return the value of a parameter; `other`: its value if it is not set."""
         text = text_of(name)
         found = self.parameters[id(fact)].get(text)
-        return found if found is not None else Open(f"parameter {text}")
+        if found is None and self.is_launched and text in self.given:
+            found = _given(self.given[text], text)
+        if found is not None and not (isinstance(found, Open) and other is not None):
+            return found
+        if isinstance(other, Made):
+            other = other.argument(2, "value") if other.path.endswith(".Parameter") else other
+        return _parameter(other, text) if other is not None else Open(f"parameter {text}")
 
     # ----------------------------------------------------------------------------------------------- entities
 
