@@ -423,26 +423,36 @@ class _CodedNode:
     def _outside(
         self, behaviour: Behaviour, timers: dict[str, float], callbacks: dict[str, GivenCallback]
     ) -> None:
-        """Add the actions of constructors, the main function and threads: a timer in a group of its own."""
-        steps: list[Step] = []
+        """Add the actions outside of callbacks: timers that tick at any time, each in a group of its own.
+
+        One stands for constructors, the main function and threads. Each function that unknown code calls has
+        its own: nothing says in which thread it runs, and what runs next to it.
+        """
+        own: list[Step] = []
         for fact in self.fact.callbacks:
-            if fact.kind in ("constructor", "main", "thread", "parameters", "event"):
-                found = behaviour.steps(fact)
-                steps += [
-                    replace(
-                        step,
-                        verb="send" if step.verb == "call" else step.verb,
-                        times="?" if step.times == "" else step.times,
-                    )
-                    for step in found or ()
-                    if step.verb not in ("accepted", "result")  # their wait needs no thread of an executor
-                ]
-        if steps:
-            name = free_name(MAIN, timers)
-            timers[name] = 1.0
-            self._open_timers.add(name)
-            done = tuple(dict.fromkeys(steps))
-            callbacks[name] = GivenCallback(done, self._groups.outside(), at=self.at(self.fact.at))
+            if fact.kind in ("constructor", "main", "thread", "parameters"):
+                own += _at_any_time(behaviour.steps(fact))
+        if own:
+            self._at_any_time(MAIN, own, self.fact.at, timers, callbacks)
+        for fact in self.fact.callbacks:
+            steps = _at_any_time(behaviour.steps(fact)) if fact.kind == "event" else []
+            if steps:
+                name = re.sub(r"\W+", "_", fact.name).strip("_") or "event"
+                self._at_any_time(name, steps, fact.at, timers, callbacks)
+
+    def _at_any_time(
+        self,
+        name: str,
+        steps: list[Step],
+        at: Place,
+        timers: dict[str, float],
+        callbacks: dict[str, GivenCallback],
+    ) -> None:
+        name = free_name(name, timers)
+        timers[name] = 1.0
+        self._open_timers.add(name)
+        done = tuple(dict.fromkeys(steps))
+        callbacks[name] = GivenCallback(done, self._groups.outside(), at=self.at(at))
 
     def _threads(self) -> tuple[int | None, OpenThreads | None]:
         if self.is_spun:
@@ -459,3 +469,16 @@ class _CodedNode:
             for entity in self.fact.of("subscriptions")
             if entity in self.names and self.is_spun and entity.details.get("reliability") == "best_effort"
         }
+
+
+def _at_any_time(steps: tuple[Step, ...] | None) -> list[Step]:
+    """Return steps that are taken or not, and that do not wait: the waits need no thread of an executor."""
+    return [
+        replace(
+            step,
+            verb="send" if step.verb == "call" else step.verb,
+            times="?" if step.times == "" else step.times,
+        )
+        for step in steps or ()
+        if step.verb not in ("accepted", "result")
+    ]

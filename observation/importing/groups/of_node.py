@@ -43,7 +43,7 @@ class GroupsOfNode:
     def __init__(self, fact: NodeFact, taken: Taken, at: Callable[[Place], str]) -> None:
         self._taken, self._at = taken, at
         self._names: dict[Entity, str] = {}
-        self._outside = ""
+        self._outside: list[str] = []
         self.answers_hold = not fact.at.file.endswith(".py")
         clients = [*fact.of("clients"), *fact.of("action_clients")]
         self._default = DEFAULT if self.answers_hold and any(each.group is None for each in clients) else ""
@@ -69,9 +69,9 @@ class GroupsOfNode:
         return entity.group is None and is_open(str(entity.details.get("group", "default")))
 
     def outside(self) -> str:
-        """Return a separate group for actions of the node outside of callbacks."""
-        self._outside = free_name(OUTSIDE, self._used())
-        return self._outside
+        """Return another separate group for actions of the node outside of callbacks."""
+        self._outside.append(free_name(OUTSIDE, self._used()))
+        return self._outside[-1]
 
     @property
     def has_outside(self) -> bool:
@@ -81,14 +81,14 @@ class GroupsOfNode:
     @property
     def kinds(self) -> dict[str, str]:
         """The named groups, with their kinds: ``exclusive`` or ``reentrant``."""
-        unnamed = [each for each in (self._default, self._outside) if each]
+        unnamed = [each for each in (self._default, *self._outside) if each]
         return {
             **{name: self._kind(group) for group, name in self._names.items()},
             **dict.fromkeys(unnamed, "exclusive"),
         }
 
     def _used(self) -> set[str]:
-        return {*self._names.values(), self._default}
+        return {*self._names.values(), *self._outside, self._default}
 
     def _kind(self, group: Entity) -> str:
         kind = str(group.details.get("kind", ""))

@@ -421,3 +421,36 @@ def test_an_open_quality_of_service_makes_every_proof_one_under_an_assumption(
     can_fire = "every transition can fire, every channel is used"
     assert (can_fire in told["proved"]) is is_proved
     assert (can_fire in told.get("assumed", [])) is (durability == "OPEN")
+
+
+def test_each_function_that_unknown_code_calls_is_a_callback_of_its_own(tmp_path: Path) -> None:
+    """Nothing says which thread runs it: it has a group of its own, its own line, and no period."""
+    source = files(
+        tmp_path,
+        robot="""
+        import vendor
+        class Robot(Node):
+            def __init__(self):
+                super().__init__("robot")
+                self.out = self.create_publisher(String, "out", 1)
+                self.log = self.create_publisher(String, "log", 1)
+                self.out.publish(String())
+                vendor.Device(on_data=self.heard, on_error=lambda text: self.failed(text), on_end=self.ended)
+            def heard(self, data): self.out.publish(String())
+            def failed(self, text): self.log.publish(String())
+            def ended(self): pass
+        rclpy.init()
+        rclpy.spin(Robot())
+        """,
+    )
+    found = read(source)
+    assert steps(found, "/robot") == {
+        "main": ["publish /out ?"],
+        "heard": ["publish /out ?"],
+        "lambda_failed": ["publish /log ?"],
+    }
+    node = found.given.nodes["/robot"]
+    assert node.open_timers == set(node.callbacks)
+    assert len({each.group for each in node.callbacks.values()}) == 3 == len(node.groups)
+    lines = [each.at.rpartition(":")[2] for each in node.callbacks.values()]
+    assert len(set(lines)) == 3
