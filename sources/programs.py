@@ -12,7 +12,7 @@ from typing import Any
 
 from dineros.sources.callbacks import assign_callbacks, read_callbacks
 from dineros.sources.facts import CallbackFact, Facts, NodeFact
-from dineros.sources.folders import SourceFolder
+from dineros.sources.folders import SourceFolder, is_test
 from dineros.sources.language.calls import Interpreter
 from dineros.sources.language.machine import Activity, TooLong
 from dineros.sources.language.modules import Module, Modules
@@ -50,6 +50,11 @@ class Program:
     function: str | None = None
     package: str = ""
 
+    @property
+    def full(self) -> str:
+        """Its name with its package."""
+        return f"{self.package}/{self.name}" if self.package else self.name
+
 
 @dataclass(eq=False)
 class Reading:
@@ -84,7 +89,7 @@ def read_programs(reading: Reading, modules: Modules) -> Facts:
     folder = reading.folder
     facts = Facts(folder.root.resolve().name)
     with _deep():
-        programs = programs_of(reading, modules)
+        programs, same = _different(programs_of(reading, modules), reading, modules)
         imports = RosImports(modules, reading.idioms)
         made: set[tuple[str, int]] = set()
         known: dict[tuple[str, str], list[NodeFact]] = {}
@@ -95,6 +100,10 @@ def read_programs(reading: Reading, modules: Modules) -> Facts:
             nodes, classes = _run(program, modules, reading)
             made |= classes
             _add(facts, nodes, known)
+        for program, other in same:
+            for node in facts.nodes:
+                if node.program == other.full or other.full in node.also_in:
+                    node.also_in = list(dict.fromkeys([*node.also_in, program.full]))
         for path, line, name in _classes_of_nodes(folder, modules):
             module = modules.module(path)
             if (path, line) not in made and module is not None and imports.can_use_ros(module):
@@ -114,6 +123,36 @@ def run_program(name: str, reading: Reading, modules: Modules) -> list[NodeFact]
             if f"{program.package}/{program.name}" == name:
                 return _run(program, modules, reading)[0]
     return None
+
+
+def _different(
+    programs: list[Program], reading: Reading, modules: Modules
+) -> tuple[list[Program], list[tuple[Program, Program]]]:
+    """Return the programs that do something else than others, and the others with the one they are like.
+
+    An installed script may also be an entry point: both call one function. They differ if launch files give
+    them different parameters.
+    """
+    groups: dict[tuple[str, str | None], list[Program]] = {}
+    for each in programs:
+        module = modules.module(each.path)
+        called = None if module is None else each.function or _called_plainly(_guard(module))
+        groups.setdefault((each.path, called), []).append(each)
+    same: dict[Program, Program] = {}
+    for (_, called), group in groups.items():
+        by_values = sorted(group, key=lambda each: not reading.given.get(each.full))
+        for each in by_values[1:] if called is not None else ():
+            values = reading.given.get(each.full)
+            if not values or values == reading.given.get(by_values[0].full):
+                same[each] = by_values[0]
+    return [each for each in programs if each not in same], list(same.items())
+
+
+def tests_with_ros(reading: Reading, modules: Modules) -> list[str]:
+    """Return the files of tests that import a library of ROS themselves or through others."""
+    imports = RosImports(modules, reading.idioms)
+    found = ((path, modules.module(path)) for path in reading.folder.scripts if is_test(path))
+    return [path for path, module in found if module is not None and imports.can_use_ros(module)]
 
 
 @contextmanager
@@ -203,6 +242,13 @@ def _only_call(guard: ast.If | None) -> str | None:
     return call.func.id if isinstance(call, ast.Call) and isinstance(call.func, ast.Name) else None
 
 
+def _called_plainly(guard: ast.If | None) -> str | None:
+    """Return the name of the function that the guard calls without arguments, if that is all it does."""
+    name = _only_call(guard)
+    text = "" if guard is None or name is None else ast.unparse(guard.body[0])
+    return name if text in (f"{name}()", f"sys.exit({name}())", f"exit({name}())") else None
+
+
 def _spins(body: list[ast.stmt], *, is_deep: bool = False) -> bool:
     """Return whether statements start rclpy."""
     return any(
@@ -230,7 +276,7 @@ def _run(program: Program, modules: Modules, reading: Reading) -> tuple[list[Nod
     module = modules.module(program.path)
     if module is None:
         return [], set()
-    words = f"{program.package}/{program.name}" if program.package else program.name
+    words = program.full
     machine, _ = _interpreter(modules, words, reading)
     machine.home = module.path
     main = CallbackFact("main", "main", Place(module.path, 1))

@@ -21,7 +21,7 @@ from dineros.sources.launch.reading import LaunchFiles
 from dineros.sources.launch.vendors import vendor_node
 from dineros.sources.libraries.idioms import known_idioms, read_idioms
 from dineros.sources.packages import packages_of
-from dineros.sources.programs import Reading, read_programs, run_program
+from dineros.sources.programs import Reading, read_programs, run_program, tests_with_ros
 
 
 @dataclass(frozen=True)
@@ -83,6 +83,9 @@ def read_source(
     facts = read_programs(reading, modules)
     facts.interfaces = read_interfaces(folder, packages)
     programs = _add_cpp(facts, reading, cache)
+    if not facts.nodes and (tests := tests_with_ros(reading, modules)):
+        others = f", and {counted(len(tests) - 1, 'other file')}" if len(tests) > 1 else ""
+        folder.unread.append(f"{tests[0]}: a test that uses ROS{others}; tests are not read")
     _compose(facts, [started for _, started in descriptions])
     _complete(facts, descriptions)
     if launch is not None:

@@ -6,6 +6,7 @@ import ast
 
 from dineros.sources.language.conditions import Conditions
 from dineros.sources.language.gathering import put
+from dineros.sources.language.modules import text_of_code
 from dineros.sources.language.values import (
     Bound,
     Class,
@@ -38,7 +39,7 @@ class Assignments(Conditions):
             self._name(value, target.id)
             self.assign_variable(target.id, value, frame)
         elif isinstance(target, ast.Attribute):
-            self._name(value, ast.unparse(target))
+            self._name(value, text_of_code(target))
             self.attributes.stores.add((frame.module.path, target.lineno, target.col_offset))
             holders = options(self.evaluate(target.value, frame))
             self.gives(target, expr, frame)
@@ -65,7 +66,7 @@ class Assignments(Conditions):
                     if outer is not None:
                         self.write_slot(outer, target.attr, value)
         elif isinstance(target, ast.Subscript):
-            self._name(value, f"{ast.unparse(target.value)}[...]")
+            self._name(value, f"{text_of_code(target.value)}[...]")
             key = self.evaluate(target.slice, frame)
             for each in options(self.evaluate(target.value, frame)):
                 if isinstance(each, Mapping):
@@ -87,7 +88,7 @@ class Assignments(Conditions):
                 elif isinstance(option, Items) and option.items:
                     found += option.items
                 else:
-                    found.append(Open(ast.unparse(each)))
+                    found.append(Open(text_of_code(each)))
             self.assign(each, join(found), frame)
 
     def _name(self, value: Value, name: str) -> None:

@@ -122,9 +122,12 @@ class Slots:
     ----------
     run : int
         Number of the current run of callbacks: in another one, attributes have any of their values.
+    changes : int
+        How often an attribute got another value than those that it has had.
     """
 
     run: int
+    changes: int = 0
 
     @property
     def activity(self) -> Branches:
@@ -148,12 +151,13 @@ class Slots:
         is_off = bool(self.activity.disabled)
         if slot is None or (slot.is_off and not is_off):
             holder.slots[name] = slot = Slot(value, self.run, is_perhaps, is_off, [value])
+            self.changes += 1
             if not is_off:
                 self._log(slot, None)
             return
         slot.is_perhaps &= is_perhaps or is_off
         before = slot.current if slot.run == self.run else slot.any()
-        slot.add(value, MOST_VALUES, name)
+        self.changes += slot.add(value, MOST_VALUES, name)
         if self.activity.disabled:
             return
         level = self.activity.written[-1][0] if self.activity.written else 0

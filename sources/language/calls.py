@@ -8,6 +8,7 @@ from dineros.sources.branches import Called
 from dineros.sources.facts import CallbackFact
 from dineros.sources.language.machine import MOST_CALLS, Activity
 from dineros.sources.language.modules import Module
+from dineros.sources.language.operations import short
 from dineros.sources.language.running.statements import Statements
 from dineros.sources.language.values import (
     Bound,
@@ -71,7 +72,7 @@ class Interpreter(Statements):
                 return self._function(inner, [function, *args], keys, node, frame, function)
         self._hand_over(args, keys)
         self.attributes.may_call(function)
-        return Open(_text_of(node))
+        return Open(short(node))
 
     def _method(
         self, function: OutsideMethod, args: list[Value], keys: dict[str, Value], node: ast.AST, frame: Frame
@@ -118,7 +119,7 @@ class Interpreter(Statements):
             if depth <= 1:
                 self.activity.fact.is_open = True
                 self.attributes.is_wild = True
-            return Open(_text_of(node))
+            return Open(short(node))
         inner = Frame(function.frame.module, {}, function.frame, function=function, instance=instance)
         if instance is None and function.owner is not None and args and isinstance(args[0], Object):
             inner.instance = args[0]
@@ -303,8 +304,3 @@ def _fields(cls: Class) -> list[str]:
         for each in base.node.body
         if isinstance(each, ast.AnnAssign) and isinstance(each.target, ast.Name)
     ]
-
-
-def _text_of(node: ast.AST) -> str:
-    text = ast.unparse(node)
-    return text if len(text) <= 80 else f"{text[:77]}..."

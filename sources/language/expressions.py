@@ -8,7 +8,7 @@ from functools import lru_cache
 
 from dineros.sources.language.constants import call_constant
 from dineros.sources.language.gathering import Collections
-from dineros.sources.language.modules import Module
+from dineros.sources.language.modules import Module, text_of_code
 from dineros.sources.language.operations import short
 from dineros.sources.language.values import (
     Bound,
@@ -36,6 +36,9 @@ from dineros.sources.language.values import (
     options,
 )
 
+_NAMES = {each: f"_value_of_{each.__name__}" for each in ast.expr.__subclasses__()}
+"""Names of the methods that evaluate expressions."""
+
 
 class Expressions(Collections):
     """The part of the interpreter that evaluates expressions."""
@@ -43,7 +46,7 @@ class Expressions(Collections):
     def evaluate(self, node: ast.expr, frame: Frame) -> Value:
         """Return the value of an expression; its effects are recorded."""
         self.step()
-        method = getattr(self, f"_value_of_{type(node).__name__}", None)
+        method = getattr(self, _NAMES[type(node)], None)
         if method is None:
             for child in ast.iter_child_nodes(node):
                 if isinstance(child, ast.expr):
@@ -202,7 +205,7 @@ class Expressions(Collections):
             if value is not None:
                 defaults[each.arg] = self.evaluate(value, frame)
         decorators = (
-            [] if isinstance(node, ast.Lambda) else [ast.unparse(each) for each in node.decorator_list]
+            [] if isinstance(node, ast.Lambda) else [text_of_code(each) for each in node.decorator_list]
         )
         return Function(node, frame, owner, defaults, tuple(decorators))
 

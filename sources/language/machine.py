@@ -171,6 +171,7 @@ class Machine(Slots):
         self.attributes = Attributes()
         self.awaited: ast.AST | None = None
         self.operands: dict[int, list[list[Item]]] = {}
+        self._lent: dict[tuple[Object, int], tuple[int, int]] = {}  # changes when unknown code got an object
         self.library: Library
 
     # -------------------------------------------------------------------------------------------- where it is
@@ -287,7 +288,10 @@ class Machine(Slots):
             elif isinstance(each, RunningNode):
                 each.fact.is_lent = True
             elif isinstance(each, Object):
-                _lend(each, depth)
+                now = self.changes, len(self.nodes)
+                if self._lent.get((each, depth)) != now:
+                    self._lent[each, depth] = now
+                    _lend(each, depth)
             elif isinstance(each, OutsideMethod) and isinstance(each.instance, Port):
                 each.instance.entity.is_lent = True
             elif isinstance(each, Items) and depth:
@@ -404,7 +408,7 @@ class Machine(Slots):
 
     def look_up(self, cls: Class, name: str, after: Class | None = None) -> Value | None:
         """Look up a name in a class and its bases; after a given class, if there is one."""
-        order = [each for each in cls.order() if isinstance(each, Class)]
+        order = cls.inside
         if after is not None and after in order:
             order = order[order.index(after) + 1 :]
         return next((each.names[name] for each in order if name in each.names), None)

@@ -167,6 +167,14 @@ class Modules:
         return tree
 
 
+def text_of_code(node: ast.AST) -> str:
+    """Return the text of an expression; it is made once, as loops and calls ask for it again."""
+    known: str | None = getattr(node, "text_of_code", None)
+    if known is None:
+        known = node.text_of_code = ast.unparse(node)  # type: ignore[attr-defined]
+    return known
+
+
 def _is_deep(tree: ast.AST) -> bool:
     """Return whether a tree is nested too deeply to be followed."""
     level: list[ast.AST] = [tree]

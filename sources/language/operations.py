@@ -10,6 +10,7 @@ from typing import Any
 from dineros.sources.branches import Anything, Branch
 from dineros.sources.language.constants import format_text
 from dineros.sources.language.machine import Machine
+from dineros.sources.language.modules import text_of_code
 from dineros.sources.language.values import (
     Bound,
     Class,
@@ -238,9 +239,5 @@ def _is_small(value: object, op: ast.operator) -> bool:
 
 def short(node: ast.AST) -> str:
     """Return a short text of an expression."""
-    known: str | None = getattr(node, "short_text", None)
-    if known is None:
-        text = ast.unparse(node)
-        known = text if len(text) <= 80 else f"{text[:77]}..."
-        node.short_text = known  # type: ignore[attr-defined]
-    return known
+    known = text_of_code(node)
+    return known if len(known) <= 80 else f"{known[:77]}..."

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Callable, Hashable, Iterable
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import product
 from math import prod
 from typing import TYPE_CHECKING, Any
@@ -146,6 +147,15 @@ class Class(Value):
 
     def order(self) -> list[Value]:
         """Return the class and its bases in the order of look-up; without repetition, those outside last."""
+        return [*self.inside, *self._order[len(self.inside) :]]
+
+    @cached_property
+    def inside(self) -> list[Class]:
+        """The class and its bases in the folder, in the order of look-up; bases do not change."""
+        return [each for each in self._order if isinstance(each, Class)]
+
+    @cached_property
+    def _order(self) -> list[Value]:
         found: list[Value] = []
         todo: list[Value] = [self]
         while todo and len(found) < 100:
@@ -181,12 +191,13 @@ class Slot:
     _joined: Value | None = field(default=None, init=False)
     _holders: list[Port | Object] | None = field(default=None, init=False)
 
-    def add(self, value: Value, most: int, name: str) -> None:
-        """Add a value; if there are more than `most`, the attribute is open."""
+    def add(self, value: Value, most: int, name: str) -> bool:
+        """Add a value, and return whether it is new; if there are more than `most`, the attribute is open."""
         if any(same(value, each) for each in self.values):
-            return
+            return False
         self.values = [Open(name)] if len(self.values) >= most else [*self.values, value]
         self._joined = self._holders = None
+        return True
 
     def any(self) -> Value:
         """Return a value that stands for all that the attribute has had."""

@@ -4,7 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from tests.sources.support import facts_of, node_of
+import pytest
+
+from dineros.sources.reading import read_source
+from tests.sources.support import HEAD, facts_of, node_of
+
+NODE = f"{HEAD}\nrclpy.init()\nrclpy.spin(Node('robot'))\n"
 
 
 def test_a_loop_goes_through_what_is_not_known_too(tmp_path: Path) -> None:
@@ -70,3 +75,18 @@ def test_calls_in_code_that_nothing_runs_are_named(tmp_path: Path) -> None:
         "plugin.py:4: 2 calls of create_publisher, create_subscription (also line 5) in code that no node "
         "is known to run; the model lacks them"
     ]
+
+
+@pytest.mark.parametrize(("node", "count"), [("", 1), (NODE, 0)])
+def test_a_folder_with_tests_only_says_that_they_are_not_read(tmp_path: Path, node: str, count: int) -> None:
+    """Without the line, it looks like a folder without ROS; next to nodes, tests are no part of the robot."""
+    (tmp_path / "test").mkdir()
+    for name in ("publisher_py", "replier_py"):
+        (tmp_path / "test" / f"{name}.py").write_text(
+            "def main():\n    import rclpy\n    rclpy.create_node('a')\n"
+        )
+    (tmp_path / "test" / "numbers.py").write_text("print(1)\n")
+    (tmp_path / "program.py").write_text(node)
+    found = [line for line in read_source(tmp_path).unread if "test" in line]
+    words = "test/publisher_py.py: a test that uses ROS, and 1 other file; tests are not read"
+    assert found == [words] * count

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from dineros.sources.language.machine import Machine
+from dineros.sources.language.modules import Modules
 from dineros.sources.reading import Launch, read_source
 from tests.sources.support import HEAD, node_of, written
 
@@ -131,3 +132,31 @@ def test_a_parameter_object_is_the_value_if_the_parameter_is_not_set(tmp_path: P
     (launched,) = read_source(tmp_path, launch=Launch("go.launch.xml")).nodes
     assert [each.name for each in by_default.of("publishers")] == ["/car/hero/out"]
     assert [each.name for each in launched.of("publishers")] == ["/car/ego/out"]
+
+
+@pytest.mark.parametrize(("call", "runs"), [("main()", 1), ("sys.exit(main())", 1), ("main('other')", 2)])
+def test_a_script_that_is_an_entry_point_is_read_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, call: str, runs: int
+) -> None:
+    """Both call one function; it is the one with the parameters of launch files that is read."""
+    (tmp_path / "robot").mkdir()
+    (tmp_path / "package.xml").write_text("<package><name>robot</name></package>")
+    (tmp_path / "CMakeLists.txt").write_text("install(PROGRAMS robot/go.py DESTINATION lib/robot)")
+    (tmp_path / "setup.py").write_text("setup(entry_points={'console_scripts': ['go = robot.go:main']})")
+    text = PROGRAM.replace("from version import Compatible", "import sys").replace(
+        "Compatible", "rclpy.node.Node"
+    )
+    text = text.replace("self.new_publisher(", "self.create_publisher(").replace('"out")', '"out", 1)')
+    text = text.replace("def main()", "def main(name=None)").replace("    main()", f"    {call}")
+    (tmp_path / "robot" / "go.py").write_text(text)
+    read: list[str] = []
+    init = Machine.__init__
+
+    def begin(self: Machine, modules: Modules, program: str) -> None:
+        read.append(program)
+        init(self, modules, program)
+
+    monkeypatch.setattr(Machine, "__init__", begin)
+    (node,) = read_source(tmp_path).nodes
+    assert len([each for each in read if each.startswith("robot/go")]) == runs
+    assert {node.program, *node.also_in} == {"robot/go", "robot/go.py"}

@@ -10,6 +10,7 @@ from dineros.sources.branches import Anything, Attempt, Branch, Condition, Leave
 from dineros.sources.language.attributes import Written
 from dineros.sources.language.endings import waits_for_server, why_endless
 from dineros.sources.language.machine import BREAKS, CONTINUES, FALLS, RAISES, RETURNS, Activity
+from dineros.sources.language.modules import text_of_code
 from dineros.sources.language.operations import Verdict
 from dineros.sources.language.running.matching import Matching, merge
 from dineros.sources.language.values import (
@@ -26,6 +27,8 @@ from dineros.sources.language.values import (
     options,
 )
 
+_NAMES = {each: f"_run_{each.__name__}" for each in ast.stmt.__subclasses__()}
+"""Names of the methods that run statements."""
 _LEAVES = {RETURNS, RAISES, BREAKS, CONTINUES}
 
 
@@ -48,7 +51,7 @@ class Statements(Matching):
         try:
             for statement in body:
                 self.step()
-                method = getattr(self, f"_run_{type(statement).__name__}", None)
+                method = getattr(self, _NAMES[type(statement)], None)
                 found = {FALLS} if method is None else method(statement, frame)
                 ends |= found - {FALLS}
                 if FALLS not in found:
@@ -68,7 +71,7 @@ class Statements(Matching):
             if isinstance(each, Future) and each.effect is not None and each.effect.how == "async":
                 each.effect.how = "async and ignored"
         call = node.value
-        if isinstance(call, ast.Call) and ast.unparse(call.func) in ("sys.exit", "exit", "quit", "os._exit"):
+        if isinstance(call, ast.Call) and text_of_code(call.func) in ("sys.exit", "exit", "quit", "os._exit"):
             return self._leave(RAISES)
         return {FALLS}
 
@@ -92,10 +95,10 @@ class Statements(Matching):
             before.items += values
             before.is_open |= not is_exact
             return {FALLS}
-        found = self.combined(node.op, before, value, ast.unparse(node.target))
+        found = self.combined(node.op, before, value, text_of_code(node.target))
         is_counted = isinstance(node.target, ast.Attribute) or self.activity.loops or self.run
         if is_counted and isinstance(found, Const) and not isinstance(found.value, str):
-            found = Open(ast.unparse(node.target))
+            found = Open(text_of_code(node.target))
         self.assign(node.target, found, frame)
         return {FALLS}
 
@@ -152,7 +155,7 @@ class Statements(Matching):
             self.evaluate(node.exc, frame)
             call = node.exc.func if isinstance(node.exc, ast.Call) else node.exc
             if self.activity.fact.effects:  # it has already had effects: not a check of its arguments
-                self.effect("raise", ast.unparse(call), node, frame)
+                self.effect("raise", text_of_code(call), node, frame)
         return self._leave(RAISES)
 
     def _run_Break(self, _node: ast.Break, _frame: Frame) -> set[str]:  # noqa: N802
@@ -242,7 +245,7 @@ class Statements(Matching):
         held = 0
         for item in node.items:
             value = self.evaluate(item.context_expr, frame)
-            text = ast.unparse(item.context_expr)
+            text = text_of_code(item.context_expr)
             if "suppress" in text:
                 self.activity.is_lost = True
             held += self.library.enter(value, text, node, frame)
@@ -263,7 +266,7 @@ class Statements(Matching):
             return self.execute(node.orelse, frame)
         if is_exact:
             return self._turns(node, values, frame)
-        value = join([*values, Open(ast.unparse(node.target))])
+        value = join([*values, Open(text_of_code(node.target))])
 
         def begin() -> None:
             self.assign(node.target, value, frame)
@@ -369,7 +372,7 @@ class Statements(Matching):
         merge(frame, [dict(frame.names)] if is_entered else [before, dict(frame.names)], before)
         return ends
 
-    def _forget(self, names: set[str], frame: Frame) -> None:
+    def _forget(self, names: frozenset[str], frame: Frame) -> None:
         """Mark a constant that a loop changes as open, before the first iteration."""
         for name in names:
             value = frame.names.get(name)
@@ -377,16 +380,18 @@ class Statements(Matching):
                 frame.names[name] = Open(name)
 
 
-def _assigned(body: list[ast.stmt]) -> set[str]:
-    """Return the names that statements assign."""
-    return {
-        each.id
-        for statement in body
-        for each in ast.walk(statement)
-        if isinstance(each, ast.Name) and isinstance(each.ctx, ast.Store)
-    }
+def _assigned(body: list[ast.stmt]) -> frozenset[str]:
+    """Return the names that the statements of a loop assign."""
+    found: frozenset[str] | None = getattr(body[0], "assigned_from_here", None)
+    if found is None:
+        inner = (each for statement in body for each in ast.walk(statement))
+        found = frozenset(
+            each.id for each in inner if isinstance(each, ast.Name) and isinstance(each.ctx, ast.Store)
+        )
+        body[0].assigned_from_here = found  # type: ignore[attr-defined]
+    return found
 
 
 def _text(node: ast.expr) -> str:
-    text = ast.unparse(node)
+    text = text_of_code(node)
     return text if len(text) <= 60 else f"{text[:57]}..."
