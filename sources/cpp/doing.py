@@ -55,6 +55,10 @@ _OF_PARAMETERS = {
 _GOALS = {"succeed", "abort", "canceled", "publish_feedback"}
 
 
+_AROUND = ("MessageFilter", "RealtimePublisher")
+"""Classes whose objects pass on what their first argument receives or publishes, on other threads."""
+
+
 class Ros(Ports):
     """Interprets calls of rclcpp and the standard library.
 
@@ -146,8 +150,8 @@ class Ros(Ports):
             return Const("".join(topic.rpartition("/")[:2]) + "camera_info")
         if last == "bind" and args:
             return bound(args)
-        if path.endswith("MessageFilter") and args and isinstance(args[0], (Port, Made)):
-            return args[0]  # of tf2_ros: it receives the messages of its first argument, later
+        if path.endswith(_AROUND) and args and isinstance(args[0], (Port, Made)):
+            return args[0]
         if last in _SAME and args and (path.startswith("std::") or "::" not in path):
             return args[0]
         if path in ("std::string", "string") and not args:

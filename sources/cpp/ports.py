@@ -33,6 +33,8 @@ SELF = {
     *("to_chrono", "at", "front", "period", "get_rmw_qos_profile"),
 }
 """Methods that, for this reader, return the object on which they are called."""
+_PUBLISH = ("publish", "try_publish", "tryPublish", "unlockAndPublish")
+"""Methods that publish; the others are those of ``realtime_tools::RealtimePublisher``."""
 _NAMES = ("get_topic_name", "get_service_name", "getTopic")
 """Methods of ports that give their names."""
 _IMAGES = {
@@ -77,7 +79,7 @@ class Ports:
         if last in _NAMES:  # a remapping changes it, and what is made of it
             is_known = not is_open(entity.name) and "{" not in entity.name and not machine.is_launched
             return Const(entity.name) if is_known else Open("a name", f"{{{entity.port}.{last}}}")
-        if entity.kind == "publishers" and last == "publish":
+        if entity.kind == "publishers" and last in _PUBLISH:
             machine.does("publish", entity.port, call.node, call.frame, entity=entity)
         elif entity.kind == "services" and last == "send_response":
             machine.does("respond", entity.port, call.node, call.frame, entity=entity)

@@ -13,6 +13,7 @@ from dineros.metamodel.errors import counted
 from dineros.sources.cmake import Component
 from dineros.sources.cpp.doing import Ros
 from dineros.sources.cpp.following.machine import MOST_STEPS, TooLong
+from dineros.sources.cpp.following.overriding import overridden
 from dineros.sources.cpp.following.reach import Reach
 from dineros.sources.cpp.following.reached import Reached
 from dineros.sources.cpp.following.statements import Statements
@@ -275,6 +276,8 @@ class CppPrograms:
             start = machine.fact
             for _ in range(2):  # the first pass finds the values that callbacks assign to members
                 _callbacks(machine)
+                for target, routine, frame in list(overridden(machine)):
+                    machine.library.read_callback(target, "event", routine.node, frame)
         except (TooLong, RecursionError) as error:
             start, is_cut, is_whole = machine.fact, True, isinstance(error, TooLong)
             unread.append(f"{path}: the program {program} is too large to be read completely")

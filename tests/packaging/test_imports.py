@@ -170,7 +170,7 @@ FOLDERS = {
     "sources/cpp/interpreting": ["parameters", "naming", "lists", "formatting", "generated", "loading"],
     "sources/cpp/following": [
         *("durations", "answers", "reach", "reached", "ways", "machine", "expressions", "routines", "calls"),
-        *("fields", "loops", "choices", "statements"),
+        *("fields", "loops", "choices", "statements", "overriding"),
     ],
     "sources/language": [
         *(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import nullcontext
+from dataclasses import replace
 from typing import TYPE_CHECKING, Protocol
 
 from dineros.sources.cpp.declarators import function_of, parameters_of
@@ -274,12 +275,34 @@ class Calls(Routines):
         """Read the callables that unknown code receives: it may call them at any time, as drivers do."""
         if call.last in _HARMLESS or call.path.startswith(_HARMLESS_SPACES):
             return
-        for node, value in zip(call.nodes, call.args, strict=False):
-            for each in options(value):
+        nodes = call.nodes if len(call.nodes) == len(call.args) else [call.node] * len(call.args)
+        for node, value in zip(nodes, call.args, strict=True):
+            for found in options(value):
+                is_bare = isinstance(found, Method) and not found.args
+                each = self._with_object(found, call.args) if is_bare else found  # type: ignore[arg-type]
                 is_lambda = isinstance(each, Lambda) and self.reach.does_code_matter(each.node)
-                routines = each.routines if isinstance(each, Method) and each.this is not None else []
+                routines = each.routines if isinstance(each, Method) and (each.this or each.args) else []
                 if is_lambda or any(self.reach.does_matter(one) for one in routines):
                     self.library.read_callback(each, "event", node, call.frame)
+
+    def _with_object(self, method: Method, args: list[Value]) -> Method:
+        """Return a method or function with the object that unknown code receives besides it.
+
+        C libraries give the object back as a ``void *`` argument.
+        """
+        objects = [each for value in args for each in options(value) if isinstance(each, Obj) and each.cls]
+        fitting = (each for each in objects for one in method.routines if one.cls in self._of(each))
+        this = method.this or next(fitting, None)
+        given: list[Value] = []
+        for routine in method.routines[:1]:
+            for number, each in enumerate(routine.parameters):
+                if text_of(each.type) == "void" and objects:
+                    before = routine.parameters[len(given) : number]
+                    given += [*(Open(one.name) for one in before), objects[0]]
+        return replace(method, this=this, args=given)
+
+    def _of(self, value: Obj) -> list[ClassInfo]:
+        return self.bases(value.cls) if value.cls is not None else []
 
     def forget(self, call: Call) -> None:
         """Record that a call that cannot be followed may set variables without a value."""

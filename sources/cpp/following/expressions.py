@@ -171,6 +171,9 @@ class Expressions(Machine):
         functions = self.index.find_functions(path, frame.path)
         if functions and all(each.path == functions[0].path for each in functions):
             return Method(functions, path)
+        owner = self.class_of(path.rpartition("::")[0], frame) if "::" in path else None
+        if owner is not None and (routines := self.methods(owner, path.rpartition("::")[2])):
+            return Method(routines, path.rpartition("::")[2])
         is_preset = path.startswith("rmw_qos_profile_")
         return Made(path) if "::" in path or is_preset else Open(path)
 

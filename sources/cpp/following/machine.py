@@ -124,6 +124,10 @@ class Machine(Ways):
         """The members that code has set, by id of its node."""
         self.skipped: dict[int, bool] = {}
         """Of code that was not followed again, by id of its node: whether it may make ports."""
+        self.followed: set[int] = set()
+        """Routines that ran, by id of their nodes."""
+        self.extending: list[Obj] = []
+        """Objects whose class extends a class that is not in the folder."""
         self._idle: dict[int, int] = {}
         """Of code that has done nothing so far, by id of its node: how often it was followed."""
         self.reach = reach if reach is not None else Reach(index, idioms)

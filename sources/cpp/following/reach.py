@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from tree_sitter import Node
 
 _ROS = re.compile(
-    r"publish|subscri|advertise|sleep|spin|wait|lock_guard|_lock$|async|thread|notify|rclcpp|tf2|nav2|timer|"
+    r"publish|Publish|subscri|advertise|sleep|spin|wait|lock_guard|_lock$|async|thread|notify|rclcpp|tf2|nav2|timer|"
     r"future|promise|Callback|_callback|executor",
 )
 _EXACT = {
@@ -48,6 +48,7 @@ class Reach:
         self._ros: set[str] = set()
         self._rclcpp: set[str] = set()
         self._making: set[str] = set()
+        self._using: dict[str, list[Routine]] = {}
         self._makes = {path.rpartition("::")[2] for path in idioms} | {"advertise", "subscribe"}
         self._is_collected = False
         self._index = index
@@ -91,6 +92,12 @@ class Reach:
             self.does_matter(each) for word in sorted(words) for each in self._named.get(word, ())
         )
 
+    def is_named(self, routine: Routine) -> bool:
+        """Return whether other code names a routine: it may call it."""
+        self.was_asked = True
+        self._collect()
+        return any(each.name != routine.name for each in self._using.get(routine.name, ()))
+
     def may_make_ports(self, node: Node) -> bool:
         """Return whether code, or a routine that it may call, may make a port."""
         self.was_asked = True
@@ -116,7 +123,7 @@ class Reach:
         self._is_collected = True
         classes = (each for found in self._index.classes.values() for each in found)
         methods = (found for cls in classes for found in cls.methods.values())
-        using: dict[str, list[Routine]] = {}
+        using = self._using
         for found in (*self._index.functions.values(), *methods):
             for each in found:
                 self._named.setdefault(each.name, []).append(each)

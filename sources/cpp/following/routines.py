@@ -29,6 +29,7 @@ class Routines(Expressions):
         if len(self.calls) >= MOST_CALLS or any(each[:2] == key for each in self.calls):
             self.is_lost = True
             return Open("a call within itself")
+        self.followed.add(called.id)
         # Each call of a routine makes ports and objects of its own.
         self.calls.append(key if site is None else (*key, site.id))
         self.frames.append(frame)

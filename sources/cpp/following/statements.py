@@ -295,7 +295,11 @@ class Statements(Choices):
                 finally:
                     self.calls.pop()
             elif inner is None:
-                self.escapes(Call(node, frame, name, given))
+                call = Call(node, frame, name, given)
+                if self.library.call(call) is None:
+                    self.escapes(call)
+                if not name.startswith("std::"):
+                    self.extending.append(this)
 
     def _names_base(self, init: str, cls: ClassInfo, last: str, name: str) -> bool:
         """Return whether an initialiser is that of a base class, by its name, its type, or an alias."""
