@@ -6,6 +6,9 @@ is a note. If writer and reader are in one node net, they share an executor. The
 callbacks of this executor that write, each run once, write more than the queue holds: however quick the
 reader is, it may come after them.
 
+It stays an error, too, if the code itself says that the reader is too slow: each run takes longer than the
+period of a timer of another node that publishes each time.
+
 With times, it stays an error if the model gives all times that it depends on: those of the callbacks of its
 nodes and of all that send them messages, and of the messages between them. In models of any source, an
 overflow and an open question name the first of these times that is missing.
@@ -26,9 +29,10 @@ from dineros.analysis.witnesses.findings import Finding, Report
 from dineros.metamodel import pn, sym
 from dineros.metamodel.callbacks.groups import callback_page_of, runs_callbacks
 from dineros.metamodel.calls import HISTORY_DEPTH
-from dineros.metamodel.elements import is_unseen, node_net_of
-from dineros.metamodel.times.given import duration_of, says_times
-from dineros.metamodel.times.runs import most_put, only_put_by
+from dineros.metamodel.elements import is_unseen, label, node_net_of
+from dineros.metamodel.matching import are_matched
+from dineros.metamodel.times.given import duration_of, period_of, runs_at_once, says_times
+from dineros.metamodel.times.runs import least_put, most_put, only_put_by
 
 WHY = "if callbacks take long enough; the code does not say how long they take"
 OPEN = "depends on how long callbacks take, which the code does not say; `takes` in given.toml says it"
@@ -45,7 +49,11 @@ def left_to_durations(model: pn.Net, report: Report) -> Report:
         is_open = finding.rule == Overflow.LOSES.rule and _depends(channel)
         if is_open and channel is not None and report.times is not None:
             is_open = not _has_all_times(channel)
-        findings.append(_as_note(finding) if is_open else _with_missing(finding, channel, report))
+        too_slow = _too_slow(channel, finding) if is_open else ""
+        if too_slow:
+            findings.append(replace(finding, message=f"{finding.message}: {too_slow}"))
+        else:
+            findings.append(_as_note(finding) if is_open else _with_missing(finding, channel, report))
     unknown = []
     for each in report.unknown:
         channel = channels.get(next(iter(each.elements), ""))
@@ -55,6 +63,27 @@ def left_to_durations(model: pn.Net, report: Report) -> Report:
         else:
             unknown.append(_open_with_missing(each, channel, model, report))
     return replace(report, findings=findings, unknown=unknown)
+
+
+def _too_slow(channel: sym.Channel | None, finding: Finding) -> str:
+    """Return in words that a reader takes longer than the period of a publisher; empty if it may not."""
+    if finding.rule != Overflow.LOSES.rule or not isinstance(channel, sym.TopicChannel):
+        return ""
+    readers = [port for port in channel.subscribers if port.place.id in finding.elements]
+    for reader in readers:
+        page = callback_page_of(reader.place)
+        takes = None if page is None or runs_at_once(page) > 1 else duration_of(page)
+        if takes is None:
+            continue
+        for writer in channel.publishers:
+            if node_net_of(writer.place) is node_net_of(reader.place) or not are_matched(writer, reader):
+                continue
+            for sender in only_put_by(writer.place) or ():
+                period = period_of(sender)
+                if period is not None and takes.earliest > period and least_put(sender, writer.place):
+                    least = f"its callback takes at least {takes.earliest:g} s"
+                    return f"{least}, and {label(sender)} publishes each {period:g} s"
+    return ""
 
 
 def _with_missing(finding: Finding, channel: sym.Channel | None, report: Report) -> Finding:

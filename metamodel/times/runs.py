@@ -1,4 +1,4 @@
-"""How many tokens one run of a callback puts on a place, found by exploring the runs.
+"""How many tokens one run of a callback puts on a place, at most and at least, found by exploring the runs.
 
 A run starts once, and each request that it waits for gets one response. What its transitions take from
 elsewhere is always there. So every order of its steps is among those explored, and the greatest number is
@@ -8,6 +8,7 @@ a bound. There is none where a run can go round a circle that puts a token, or l
 from __future__ import annotations
 
 from collections import Counter, defaultdict
+from collections.abc import Callable, Iterable
 
 from dineros.metamodel import pn, pnm, sym
 from dineros.metamodel.base import EObject
@@ -36,6 +37,16 @@ def most_put(page: sym.CallbackPage, place: pn.Place) -> int | None:
         return run.explored()
     except _UnboundedError:
         return None
+
+
+@once
+def least_put(page: sym.CallbackPage, place: pn.Place) -> int:
+    """Return how many tokens each run of a callback puts on a place at least, once it ends; 0 if unknown."""
+    run = _Run(page, place)
+    try:
+        return run.explored(min) if run.starts_by_ports else 0
+    except _UnboundedError:
+        return 0
 
 
 def is_changed_elsewhere(page: sym.CallbackPage, place: pn.Place) -> bool:
@@ -148,7 +159,7 @@ class _Run:
         )
         self.ends = set(self.body.ends())
         self.onward: dict[_Marking, int | None] = {}
-        """How many tokens each marking still puts; None while its ways are explored."""
+        """How many tokens are still put from each marking; None while its ways are explored."""
 
     def _changed(self, transition: pn.Transition, calls: list[tuple[pn.Place, pn.Place]]) -> Counter[pn.Node]:
         """Return what a transition changes; a request puts its response, too."""
@@ -208,8 +219,8 @@ class _Run:
                 del left[each]
         return False
 
-    def explored(self) -> int:
-        """Return the most that a run puts from its start to its end.
+    def explored(self, choose: Callable[[Iterable[int]], int] = max) -> int:
+        """Return the most, or the least, that a run puts from its start to its end.
 
         Raises
         ------
@@ -217,12 +228,13 @@ class _Run:
             Nothing bounds it.
         """
         first = Counter[pn.Node]({node: node.tokens for node in self.own if isinstance(node, pn.Place)})
-        most = 0
-        for start in self.starts:
-            after = self._fired(start, first)
-            if after is not None:
-                most = max(most, self.puts[start] + self._from(after, first, start in self.ends))
-        return most
+        self.onward.clear()
+        numbers = [
+            self.puts[start] + self._from(after, first, start in self.ends, choose)
+            for start in self.starts
+            if (after := self._fired(start, first)) is not None
+        ]
+        return choose(numbers) if numbers else 0
 
     def _fired(self, transition: pn.Transition, marking: Counter[pn.Node]) -> Counter[pn.Node] | None:
         after = marking.copy()
@@ -233,7 +245,13 @@ class _Run:
                     return None
         return after
 
-    def _from(self, marking: Counter[pn.Node], first: Counter[pn.Node], is_over: bool) -> int:
+    def _from(
+        self,
+        marking: Counter[pn.Node],
+        first: Counter[pn.Node],
+        is_over: bool,
+        choose: Callable[[Iterable[int]], int],
+    ) -> int:
         enabled = [
             (transition, after)
             for transition in self.changes.keys() - self.starts
@@ -249,11 +267,9 @@ class _Run:
         if (known := self.onward.get(key)) is not None:
             return known
         self.onward[key] = None
-        self.onward[key] = most = max(
-            (
-                self.puts[transition] + self._from(after, first, transition in self.ends)
-                for transition, after in enabled
-            ),
-            default=0,
-        )
-        return most
+        numbers = [
+            self.puts[transition] + self._from(after, first, transition in self.ends, choose)
+            for transition, after in enabled
+        ]
+        self.onward[key] = found = choose(numbers) if numbers else 0
+        return found

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.build import flow
-from dineros.metamodel.times.runs import most_put
+from dineros.metamodel.times.runs import least_put, most_put
 
 
 class Listener:
@@ -37,6 +37,9 @@ class Listener:
 
     def most(self) -> int | None:
         return most_put(self.page, self.out)
+
+    def least(self) -> int:
+        return least_put(self.page, self.out)
 
 
 def test_steps_in_turn_are_counted_once() -> None:
@@ -102,3 +105,26 @@ def test_what_another_page_puts_counts_as_given() -> None:
     assert listener.most() == 1
     flow(more, pn.ReferencePlace(id="Shared there", target=shared, page=other))
     assert listener.most() is None
+
+
+def test_the_way_that_publishes_least_counts() -> None:
+    listener, done = Listener(), sym.Place(id="Done")
+    listener.add("First", [listener.heard], [done, listener.out])
+    listener.add("Second", [done], [listener.out])
+    assert listener.least() == 2
+    listener.add("Without", [done], [])
+    assert (listener.least(), listener.most()) == (1, 2)
+    listener.add("Silently", [listener.heard], [done])
+    assert (listener.least(), listener.most()) == (0, 2)
+
+
+def test_a_circle_and_starts_that_no_port_gives_leave_the_least_unknown() -> None:
+    listener, again = Listener(), sym.Place(id="Again")
+    listener.add("Begin", [listener.heard], [again, listener.out])
+    listener.add("Repeat", [again], [again, listener.out])
+    listener.add("End", [again], [])
+    assert listener.least() == 0
+    listener, pool = Listener(), sym.Place(id="Pool", tokens=6)
+    listener.add("Take", [listener.heard], [listener.out])
+    listener.add("Send", [pool], [listener.out])
+    assert listener.least() == 0

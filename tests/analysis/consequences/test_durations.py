@@ -15,6 +15,8 @@ from dineros.metamodel import sym
 from dineros.metamodel.build import callback, node_net, place, seconds, step
 from dineros.metamodel.elements import find, node_nets
 from dineros.observation.importing.building import to_model
+from dineros.observation.importing.flows.labels import Step
+from dineros.observation.importing.given import Given, GivenCallback, GivenNode
 from dineros.observation.systems import ObservedNode, ObservedSystem, TopicEndpoint
 
 SCAN = (TopicEndpoint("/scan", "sensor_msgs/msg/LaserScan"),)
@@ -143,3 +145,37 @@ def test_a_missing_time_is_named_where_it_decides() -> None:
     assert left_to_durations(model, report).findings == [finding]
     works.duration = None
     assert left(model, TIMES).unknown[0].reason.endswith("the duration of callback OnProcess is not given")
+
+
+@pytest.mark.parametrize(
+    ("period", "takes", "is_certain", "severity"),
+    [
+        (1.0, 1.5, True, "error"),
+        (2.0, 1.5, True, "note"),
+        (1.0, 1.0, True, "note"),
+        (1.0, 1.5, False, "note"),
+    ],
+)
+def test_a_reader_that_the_code_makes_too_slow(
+    period: float, takes: float, is_certain: bool, severity: str
+) -> None:
+    given = Given(
+        {
+            "/lidar": GivenNode(
+                timers={"tick": period},
+                callbacks={"tick": GivenCallback((Step("publish", "/scan", "" if is_certain else "?"),))},
+            ),
+            "/log": GivenNode(
+                threads=1, timers={}, callbacks={"/scan": GivenCallback((), takes=(takes, None))}
+            ),
+        }
+    )
+    model = to_model(ObservedSystem("code", NODES), given).model
+    for node in node_nets(model):
+        node.sourceLine = "log.py:1"
+    reader = next(iter(find(model, "topic.scan", sym.TopicChannel).subscribers)).place.id
+    finding = Finding("queue-overflow", "error", ("topic.scan", str(reader)), "it overflows")
+    (found,) = left_to_durations(model, Report(findings=[finding])).findings
+    assert found.severity == severity
+    expected = "it overflows: its callback takes at least 1.5 s, and lidar.on_tick publishes each 1 s"
+    assert (found.message == expected) == (severity == "error")
