@@ -296,18 +296,23 @@ def unheard(checked: Checked, client: _Client) -> None:
 def qualify(checked: Checked) -> None:
     """Leave open what happens with more goals at once, if an action may get more than it has slots.
 
-    What is proved then holds only under that assumption.
+    What is proved then holds only under that assumption. A model of code cannot state the number of goals,
+    so there it is an assumption of the answers, and no open question.
     """
     from dineros.analysis.questions.held_back import held_back
 
     checked.budget.stage(_MORE_GOALS)
     with checked.guarded(partial(checked.leave_open, _MORE_GOALS)):
         for each in held_back(checked.subject, checked.budget):
-            checked.leave_open(
-                f"whether there are faults if {each.words} works on more goals at once",
-                _ASSUMES.format(assumption=each.assumption),
-                _SET,
-            )
+            server = node_net_of(each.slots.action.server.entry)
+            if server is not None and server.sourceLine:
+                checked.report.assumes.append(each.assumption)
+            else:
+                checked.leave_open(
+                    f"whether there are faults if {each.words} works on more goals at once",
+                    _ASSUMES.format(assumption=each.assumption),
+                    _SET,
+                )
             checked.report.assumed += checked.report.proved
             checked.report.proved.clear()
 

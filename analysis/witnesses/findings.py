@@ -395,6 +395,7 @@ class Report:
         self.findings += other.findings
         self.proved += other.proved
         self.assumed += other.assumed
+        self.assumes += [each for each in other.assumes if each not in self.assumes]
         self.unknown += other.unknown
 
     def to_dict(self, model: str) -> dict[str, Any]:

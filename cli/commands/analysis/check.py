@@ -199,7 +199,7 @@ def check(
         if of_source(net):  # what the model lacks may do anything
             found = replace(found, proved=[], assumed=[*report.assumed, *report.proved])
         if found.proved or found.assumed:
-            found = replace(found, assumes=assumptions(net, with_times=timed))
+            found = replace(found, assumes=[*report.assumes, *assumptions(net, with_times=timed)])
         found = left_to_lacks(net, left_to_lives(net, left_to_durations(net, found)))
         return acceptance.apply(about_seen(net, found))
 

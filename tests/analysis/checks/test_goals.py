@@ -469,6 +469,14 @@ def test_nothing_is_proved_of_a_server_that_awaits() -> None:
     assert stated.proved and not stated.assumed and not stated.unknown
 
 
+def test_the_number_of_goals_of_a_server_in_code_is_an_assumption() -> None:
+    model = hasty_at_a_robot(awaits=True)
+    find(model, "robot", sym.NodeNet).sourceLine = "robot.py:1"
+    report = asked(model)
+    assert report.proved == [] and report.assumed and not report.unknown
+    assert report.to_dict("m")["assumes"] == ["action /deliver works on at most 2 goals at once"]
+
+
 @pytest.mark.parametrize(("threads", "slots", "is_enough"), [(1, 2, True), (3, 3, True), (4, 3, False)])
 def test_a_slot_for_each_thread(threads: int, slots: int, is_enough: bool) -> None:
     model = hasty_at_a_robot(awaits=False, threads=threads)
