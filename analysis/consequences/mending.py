@@ -15,7 +15,7 @@ import heapq
 from collections.abc import Callable, Sequence
 from itertools import count
 
-from dineros.analysis.answers.budget import Budget
+from dineros.analysis.answers.budget import Budget, BudgetExceededError
 from dineros.analysis.callbacks.blocking import Blocked
 from dineros.analysis.callbacks.circles import Circle
 from dineros.analysis.callbacks.searching import searched
@@ -42,8 +42,11 @@ from dineros.transformations.language.copying import deep_copy
 _KEPT = {"durability": "transientLocal", "reliability": "reliable"}
 """Qualities of service with which who subscribes later gets the messages that were kept."""
 
-MOST_CHANGES, MOST_MODELS = 4, 4
+MOST_CHANGES, MOST_MODELS = 4, 12
 """Changes together, and models, that are tried against callbacks that wait for each other."""
+
+CHANGES_SHARE = 0.5
+"""Part of the time in which such changes are tried; time-outs of calls have the rest."""
 
 ENOUGH = 10
 """Tokens that a place may still hold whose growth is stopped: few of them would mend more than that."""
@@ -143,13 +146,16 @@ def _against_waiting(model: sym.SystemModel, finding: Finding, budget: Budget) -
     order, known, tried = count(), {Changes()}, 0
     without_circle: Mend | None = None
     queue = _added(Changes(), circle, known, order)
-    while queue and tried < MOST_MODELS:
+    trying = budget.share(CHANGES_SHARE)
+    while queue and tried < MOST_MODELS and not trying.is_over:
         (size, *_), _, changes = heapq.heappop(queue)
         if size > MOST_CHANGES:
             break
         tried += 1
-        budget.check_time()
-        blocked = _blocked(changes.applied(model), pages, budget)
+        try:
+            blocked = _blocked(changes.applied(model), pages, trying)
+        except BudgetExceededError:
+            break
         if blocked is None:
             continue
         mend = _settings([setting for _, each in changes.steps(model) for setting in each])

@@ -85,3 +85,42 @@ def test_the_group_is_enough_to_block(tmp_path: Path, tick: str) -> None:
 @pytest.mark.parametrize("tick", TICKS)
 def test_a_group_and_a_thread_for_the_client(tmp_path: Path, tick: str) -> None:
     assert _found(tmp_path, tick, ", callback_group=ReentrantCallbackGroup()", 3) == []
+
+
+CPP = """
+#include <rclcpp/rclcpp.hpp>
+#include <rclcpp_action/rclcpp_action.hpp>
+using namespace std::chrono_literals;
+using Fibonacci = example_interfaces::action::Fibonacci;
+class Client : public rclcpp::Node {
+ public:
+  Client() : Node("client") {
+    action_ = rclcpp_action::create_client<Fibonacci>(this, "/fib");
+    timer_ = create_wall_timer(1s, std::bind(&Client::tick, this));
+  }
+  void tick() {
+    auto goal = action_->async_send_goal(Fibonacci::Goal()).get();
+    if (!goal) { return; }
+    auto result = action_->async_get_result(goal).get();
+  }
+  rclcpp_action::Client<Fibonacci>::SharedPtr action_;
+  rclcpp::TimerBase::SharedPtr timer_;
+};
+int main(int argc, char ** argv) {
+  rclcpp::init(argc, argv);
+  rclcpp::spin(std::make_shared<Client>());
+}
+"""
+
+
+@pytest.mark.long
+def test_futures_of_cpp_and_all_that_follows_from_their_wait(tmp_path: Path) -> None:
+    """Two changes together mend it: a group of its own for the client, and a second thread."""
+    pytest.importorskip("tree_sitter_cpp")
+    source = tmp_path / "src"
+    source.mkdir()
+    (source / "server.py").write_text(HEAD + SERVER)
+    (source / "client.cpp").write_text(CPP)
+    shown = CliRunner().invoke(main, ["check", "-q", "--source", str(source)]).stdout
+    lines = [line for line in shown.splitlines() if line.startswith(("error", "warning"))]
+    assert [line.rpartition("[")[2] for line in lines] == ["callback-deadlock]"], shown
