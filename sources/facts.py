@@ -269,6 +269,8 @@ class NodeFact:
         Attributes with few values, of which all assignments are known.
     is_lent : bool
         Whether code that is not in the folder gets it, and may use its ports.
+    lent_to : list of (Place, str)
+        Functions and classes that are not in the folder, no known library, and get the node itself.
     spun : int
         Position in the start of its program at which an executor begins to run its callbacks, see
         `Effect.order`. 0: unknown.
@@ -294,6 +296,7 @@ class NodeFact:
     variables: list[Variable] = field(default_factory=list)
     others: list[tuple[Place, str]] = field(default_factory=list)
     is_lent: bool = False
+    lent_to: list[tuple[Place, str]] = field(default_factory=list)
     spun: int = 0
 
     def of(self, kind: str) -> list[Entity]:

@@ -100,6 +100,9 @@ def coded(read: Iterable[tuple[str, Facts]], source: str) -> Coded:
             continue
         for place, words in fact.others:
             taken.add(f"{one.at(place)}: {words}")
+        for place, path in fact.lent_to:
+            words = "code outside of the folder, gets the node and may use it; omitted in the model"
+            taken.lack(f"{one.at(place)}: {path}, {words}")
         nodes[one.name], given[one.name] = one.observed(), one.given()
         kept.append((fact, one.name))
     apart = ObservedSystem(source, tuple(nodes[name] for name in sorted(nodes)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import sys
 from collections.abc import Callable
 from collections.abc import Mapping as AnyMapping
 
@@ -56,6 +57,11 @@ _THREADS = frozenset(("threading.Thread", "threading.Timer", "multiprocessing.Pr
 _LOGS = frozenset(("critical", "debug", "error", "exception", "fatal", "info", "log", "warn", "warning"))
 _WAITS = frozenset(("run", "call", "check_call", "check_output"))
 
+_NO_STRANGERS = frozenset((*sys.stdlib_module_names, "rclpy"))
+"""Packages whose functions make no ports of a node that they get, or are known."""
+_ONLY_ASK = ("ros2topic.api.", "ros2service.api.", "ros2node.api.")
+"""Modules whose functions ask a node for names in the graph, and do nothing else with it."""
+
 
 class RosLibrary:
     """The functions that are not in the folder.
@@ -100,11 +106,21 @@ class RosLibrary:
         found = self._standard(path, last, made, node, frame)
         if found is None:
             self._escape(args, keys, is_read=path not in _THREADS)
+            self._lend(made)
         return made if found is None else found
 
     def _escape(self, args: list[Value], keys: Keys, *, is_read: bool = True) -> None:
         for each in (*args, *keys.values()):
             self.machine.escape(each, is_read=is_read)
+
+    def _lend(self, made: Made) -> None:
+        """Record which nodes an unknown function gets; those of rclpy and of Python itself do not count."""
+        if made.path.partition(".")[0] in _NO_STRANGERS or made.path.startswith(_ONLY_ASK):
+            return
+        for value in (*made.args, *made.keys.values()):
+            fact = self.maker.fact_of(value)
+            if fact is not None and (made.at, made.path) not in fact.lent_to:
+                fact.lent_to.append((made.at, made.path))
 
     def _rclpy(self, path: str, last: str, made: Made, node: ast.AST, frame: Frame) -> Value | None:
         args, keys = made.args, made.keys

@@ -90,3 +90,35 @@ def test_a_folder_with_tests_only_says_that_they_are_not_read(tmp_path: Path, no
     found = [line for line in read_source(tmp_path).unread if "test" in line]
     words = "test/publisher_py.py: a test that uses ROS, and 1 other file; tests are not read"
     assert found == [words] * count
+
+
+@pytest.mark.parametrize(
+    ("call", "expected"),
+    [
+        ("drivers.attach(self)", ["drivers.attach"]),
+        ("drivers.Driver(node=self)", ["drivers.Driver"]),
+        ("drivers.scale(2.0)", []),
+        ("drivers.name_of(self.pub)", []),
+        ("weakref.ref(self)", []),
+        ("tf2_ros.TransformBroadcaster(self)", []),
+        ("get_topic_names_and_types(node=self)", []),
+    ],
+)
+def test_functions_outside_of_the_folder_that_get_a_node(
+    tmp_path: Path, call: str, expected: list[str]
+) -> None:
+    text = f"""
+import weakref
+import drivers
+import tf2_ros
+from ros2topic.api import get_topic_names_and_types
+class Robot(Node):
+    def __init__(self):
+        super().__init__("robot")
+        self.pub = self.create_publisher(String, "out", 10)
+        {call}
+rclpy.init()
+rclpy.spin(Robot())
+"""
+    (node,) = facts_of(tmp_path, text).nodes
+    assert [path for _, path in node.lent_to] == expected
