@@ -28,6 +28,8 @@ _MIDDLEWARE = ("system default", "best available")
 """Qualities that the middleware decides."""
 MAIN = "main"
 """Name of the timer that represents the actions of a node outside of callbacks."""
+_OUTSIDE = ("constructor", "main", "thread", "parameters")
+"""Kinds of code that runs outside of callbacks."""
 
 
 @dataclass(frozen=True)
@@ -433,7 +435,10 @@ class _CodedNode:
         """
         own: list[Step] = []
         for fact in self.fact.callbacks:
-            if fact.kind in ("constructor", "main", "thread", "parameters"):
+            if fact.is_open and fact.at.file and fact.kind in (*_OUTSIDE, "event"):
+                words = f"not all that the {fact.kind} {fact.name} does could be read; omitted in the model"
+                self._taken.lack(f"{self.at(fact.at)}: {words}")
+            if fact.kind in _OUTSIDE:
                 own += _at_any_time(behaviour.steps(fact))
         if own:
             self._at_any_time(MAIN, own, self.fact.at, timers, callbacks)

@@ -15,6 +15,7 @@ from dineros.metamodel.elements import elements, node_nets
 from dineros.metamodel.files import load
 from dineros.observation.findings.mismatches import mismatches
 from dineros.observation.importing.building import to_model
+from dineros.sources.language.machine import MOST_CALLS
 from dineros.sources.reading import Launch
 from tests.support.programs.coded import BATTERY, MONITOR, files, model_of, read, run, steps
 
@@ -454,3 +455,25 @@ def test_each_function_that_unknown_code_calls_is_a_callback_of_its_own(tmp_path
     assert len({each.group for each in node.callbacks.values()}) == 3 == len(node.groups)
     lines = [each.at.rpartition(":")[2] for each in node.callbacks.values()]
     assert len(set(lines)) == 3
+
+
+def test_a_thread_that_is_too_deep_to_be_read_is_named(tmp_path: Path) -> None:
+    steps = "".join(
+        f"            def step{number}(self):\n                self.step{number + 1}()\n"
+        for number in range(MOST_CALLS + 1)
+    )
+    source = files(
+        tmp_path,
+        robot="""
+        import threading
+        class Robot(Node):
+            def __init__(self):
+                super().__init__("robot")
+                self.pub = self.create_publisher(String, "out", 10)
+                threading.Thread(target=self.step0).start()
+"""
+        + steps
+        + f"            def step{MOST_CALLS + 1}(self):\n                self.pub.publish(String())\n",
+    )
+    (line,) = read(source).lacks
+    assert line.endswith("not all that the thread step0 does could be read; omitted in the model")
