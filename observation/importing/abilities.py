@@ -91,7 +91,9 @@ class Abilities:
         topics = {each.topic for each in self._node.subscribers}
         actions = {each.name for each in self._node.action_clients}
         return {
-            Step(step.verb, step.name): self._single(f"{word}_{flat(step.name)}")
+            Step(step.verb, step.name): self._single(
+                f"{word}_{flat(step.name)}", name=f"{word.replace('_', ' ')} {step.name}"
+            )
             for verb, names, word in (
                 ("wait", topics, "message_of"),
                 ("accepted", actions, "acceptance_of"),
@@ -149,9 +151,9 @@ class Abilities:
         """Return a place of the node."""
         return sym.Place(id=self._ids.new(f"{self._net.id}.{word}"), page=self._net)
 
-    def _single(self, word: str) -> sym.Place:
+    def _single(self, word: str, name: str | None = None) -> sym.Place:
         """Return a place for one token at a time: nothing bounds how often a callback puts one there."""
-        return sym.Place(id=self._ids.new(f"{self._net.id}.{word}"), page=self._net, capacity=1)
+        return sym.Place(id=self._ids.new(f"{self._net.id}.{word}"), name=name, page=self._net, capacity=1)
 
     def _depth(self, endpoint: TopicEndpoint) -> tuple[int, bool]:
         """Return the depth of a history, and whether it is assumed."""
