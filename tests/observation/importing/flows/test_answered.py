@@ -10,7 +10,8 @@ from dineros.metamodel import sym
 from dineros.metamodel.elements import places, transitions
 from dineros.metamodel.files import save
 from dineros.observation.importing.building import to_model
-from dineros.observation.importing.coded import Coded, coded, merged
+from dineros.observation.importing.coded import Coded, coded
+from dineros.observation.importing.correcting import merged
 from dineros.observation.importing.flows.labels import Step
 from dineros.observation.importing.given import Given, GivenCallback, GivenNode
 from dineros.observation.systems import Endpoint, ObservedNode
