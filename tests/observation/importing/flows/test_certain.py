@@ -11,7 +11,8 @@ from dineros.metamodel import sym
 from dineros.metamodel.callbacks.waiting import goal_counts
 from dineros.metamodel.elements import places, transitions
 from dineros.observation.importing.building import to_model
-from dineros.observation.importing.coded import Coded, coded, merged
+from dineros.observation.importing.coded import Coded, coded
+from dineros.observation.importing.correcting import merged
 from dineros.observation.importing.given import Given, GivenCallback, GivenNode
 from dineros.sources.reading import read_source
 
