@@ -220,6 +220,9 @@ class CallbackFact:
         return found
 
 
+STARTING = ("constructor", "main", "module")
+"""Kinds of code that runs, in its order, when a program starts."""
+
 KINDS = (
     *("publishers", "subscriptions", "timers", "services", "clients"),
     *("action_servers", "action_clients", "groups", "parameters"),
@@ -270,7 +273,7 @@ class NodeFact:
     is_lent : bool
         Whether code that is not in the folder gets it, and may use its ports.
     lent_to : list of (Place, str)
-        Functions and classes that are not in the folder, no known library, and get the node itself.
+        Functions and classes of unknown libraries that get the node itself: where, and their names.
     spun : int
         Position in the start of its program at which an executor begins to run its callbacks, see
         `Effect.order`. 0: unknown.

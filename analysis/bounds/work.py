@@ -28,7 +28,7 @@ MOST_STATES = 500
 
 
 class NotBoundedError(Exception):
-    """There is no bound; the message has the reason, in the words of the model."""
+    """No bound exists; the message gives the reason in the terms of the model."""
 
 
 @dataclass(frozen=True)

@@ -127,9 +127,8 @@ def _reads_for_any_time(channel: sym.Channel | None) -> bool:
 
 def _has_all_times(channel: sym.Channel) -> bool:
     """Return whether the model gives all times on which the load of a channel depends."""
-    return all(runs_callbacks(node) for node in nodes_around(channel)) and not any(
-        True for _ in missing_times(channel)
-    )
+    is_of_callbacks = all(runs_callbacks(node) for node in nodes_around(channel))
+    return is_of_callbacks and next(missing_times(channel), None) is None
 
 
 def _depends(channel: sym.Channel | None) -> bool:

@@ -21,7 +21,7 @@ from dineros.transformations.rules.clients.acceptances import A9
 from dineros.transformations.rules.services import S1
 
 _SENT = {"publisher", "dispatcher"}
-"""Kinds of queues that hold what nobody has received yet."""
+"""Kinds of queues that hold messages in transit, which no reader has received yet."""
 _Holding = Mapping[tuple[type, str], QueueKind]
 _WITHOUT_QUEUE: _Holding = {
     (S1, "requests"): "request",

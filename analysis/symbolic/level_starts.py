@@ -45,8 +45,8 @@ def wide_on_top(encoding: Encoding, events: EventTables) -> list[int] | None:
     """Return an order with the levels of most local states at the top; None if all have similar numbers.
 
     If each wide level shares events with many narrow ones, as a processor with all memories, no order has
-    short spans. Then it matters more that few nodes are wide. It is no start of a race: it finishes its
-    narrow levels soon, which says nothing about the wide ones.
+    short spans. Then it matters more that few nodes are wide. The race of orders does not try this order:
+    its narrow levels finish early, so its progress does not predict its total work.
     """
     widths = [len(level.states) for level in encoding.levels]
     if max(widths, default=0) < UNEVEN * min(widths, default=1):

@@ -1,8 +1,8 @@
-"""Finds programs that wait in vain while they start.
+"""Finds programs that wait forever while they start.
 
-A node that waits for a server in its constructor offers what it creates later only after that wait. If the
-server's node waits in the same way for something that the first node has not created yet, neither ever
-starts. And a node that calls a service before an executor runs it never processes the response.
+A node that waits for a server in its constructor creates its own servers later, after that wait. If the other
+node waits in the same way for one of these servers, neither node ever starts. A node that calls a service
+before an executor runs it never processes the response.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from dineros.analysis.witnesses.findings import Fault, Finding
 from dineros.observation.findings.losing import full_name
-from dineros.sources.facts import Effect, Entity, NodeFact, is_open
+from dineros.sources.facts import STARTING, Effect, Entity, NodeFact, is_open
 from dineros.sources.places import Place
 
 STARTS = Fault(
@@ -34,12 +34,10 @@ FAULTS = (STARTS, UNSPUN)
 _SERVERS = {"wait_for_service": ("services", "service"), "wait_for_server": ("action_servers", "action")}
 """What each wait waits for: the kind of the entity, and its name for people."""
 
-_STARTS = ("constructor", "main", "module")
-
 
 @dataclass(frozen=True)
 class _Wait:
-    """A wait without end, or repeated without end, of the thread that starts a program."""
+    """A wait without time-out of the thread that starts a program, or one that a loop repeats."""
 
     node: NodeFact
     callback: str
@@ -120,7 +118,7 @@ def _stuck(waits: list[_Wait], nodes: list[NodeFact]) -> list[_Wait]:
 
 
 def _precedes(wait: _Wait, node: NodeFact, server: Entity) -> bool:
-    """Return whether a wait ends before the same thread creates a server."""
+    """Return whether the thread that waits creates a server only after that wait."""
     is_one = wait.node is node or (wait.node.program == node.program != "")
     return is_one and 0 < wait.effect.order < server.order
 
@@ -128,7 +126,7 @@ def _precedes(wait: _Wait, node: NodeFact, server: Entity) -> bool:
 def _unspun(node: NodeFact) -> Iterator[tuple[Place, Finding]]:
     """Yield calls of the thread that starts a node, before it begins to run its callbacks."""
     for callback in node.callbacks if node.spun else ():
-        for effect in callback.effects if callback.kind in _STARTS else ():
+        for effect in callback.effects if callback.kind in STARTING else ():
             entity = effect.entity
             if effect.do != "call" or entity is None or entity not in node.entities:
                 continue

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from dineros.sources.branches import Anything, Branch, Do, Loop
-from dineros.sources.facts import CallbackFact, Effect, Entity, Item, NodeFact
+from dineros.sources.facts import STARTING, CallbackFact, Effect, Entity, Item, NodeFact
 from dineros.sources.language.attributes import Attributes, Slots, Written
 from dineros.sources.language.inner import callback_key, widen
 from dineros.sources.language.modules import Module, Modules
@@ -98,10 +98,6 @@ class Activity:
         last = next((each for each in reversed(self.holding) if each[1] is lock), None)
         if last is not None:
             self.holding.remove(last)
-
-
-STARTING = ("constructor", "main", "module")
-"""Kinds of code that runs, in its order, when a program starts."""
 
 
 class Library(Protocol):

@@ -66,7 +66,7 @@ class DiagramAtHand(Method):
     """
 
     def answer(self, question: Question, known: Known, budget: Budget) -> Outcome | None:
-        """Decide the question; None if there is no diagram, or if the time or the memory is not enough."""
+        """Decide the question; None without a diagram, or if time or memory runs out."""
         from dineros.analysis.logic.ctl.checking import on_diagram
 
         if isinstance(question, Count) or known.space is None:

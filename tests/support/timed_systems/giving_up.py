@@ -1,7 +1,7 @@
 """A plain program that explores a timer which calls a service with a time-out, in whole units of time.
 
 It knows no Petri nets and no rules. The server takes requests in the order in which they arrive, and answers
-each, also those that nobody waits for any more. The caller waits for its response until its time-out is over,
+each, also those whose caller has given up. The caller waits for its response until its time-out is over,
 and then goes on at once. If both come at the same moment, either may be first.
 """
 
@@ -93,7 +93,7 @@ def explored(system: Calling, most: int = 60_000) -> Seen | None:
 
 
 def _renumbered(state: _State) -> _State:
-    """Number calls anew by their order, so that equal states are equal."""
+    """Renumber calls by their order, so that equal states compare equal."""
     there = sorted(
         {each for each, _ in (*state.requests, *state.queue, *state.answers)}
         | ({state.serving[0]} if state.serving else set())

@@ -46,7 +46,7 @@ _OPEN = {
     "open-closed": (True, False),
 }
 _COLOURED = re.compile(r"[^\W\d][^,]*,\s*\d+(?:\s*,\s*[^\W\d][^,]*,\s*\d+)*")
-"""Numbers behind names of classes; what begins with a digit is no name, but a number such as 1,000."""
+"""A list of class names, each with a number. A name does not begin with a digit: 1,000 is a number."""
 
 
 class Interval(NamedTuple):
