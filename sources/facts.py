@@ -30,6 +30,9 @@ def is_open(value: object) -> bool:
     return isinstance(value, str) and (value == OPEN or value.startswith(_OPEN_WITH) or "{" in value)
 
 
+WHILE_READING = {"is_kept": False}
+"""Metadata of a field that has a meaning only while code is read."""
+
 HELD = "held already"
 """The way of taking a lock that the same callback already holds and that is not recursive."""
 
@@ -120,7 +123,7 @@ class Effect:
     holding : tuple of str
         Locks that are held meanwhile.
     path : tuple
-        The calls that lead to it.
+        The calls that lead to it, while the code is read.
     sends : dict of str to Known
         Fields of the published message that have this value each time.
     given : dict of str to bool
@@ -141,7 +144,7 @@ class Effect:
     then: CallbackFact | None = None
     timeout: float | None = None
     holding: tuple[str, ...] = ()
-    path: tuple[object, ...] = field(default=(), repr=False)
+    path: tuple[object, ...] = field(default=(), repr=False, metadata=WHILE_READING)
     sends: dict[str, Known] = field(default_factory=dict)
     given: dict[str, bool] = field(default_factory=dict)
     is_repeated: bool = False

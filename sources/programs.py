@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import ast
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import PurePosixPath
 from typing import Any
 
 from dineros.sources.callbacks import assign_callbacks, read_callbacks
+from dineros.sources.executables import Program, different, guard_of, only_call, programs_of
 from dineros.sources.facts import CallbackFact, Facts, NodeFact
 from dineros.sources.folders import SourceFolder, is_test
 from dineros.sources.language.calls import Interpreter
+from dineros.sources.language.keeping import ProgramKeeper
 from dineros.sources.language.machine import Activity, TooLong
 from dineros.sources.language.modules import Module, Modules
 from dineros.sources.language.values import Class, Frame, Function
@@ -27,33 +30,8 @@ from dineros.sources.ros_imports import RosImports
 
 _DEEP = 12_000
 """Recursion limit of the reader itself: enough for the deepest code that is parsed."""
-
-
-@dataclass(eq=False)
-class Program:
-    """A program that can be started.
-
-    Attributes
-    ----------
-    name : str
-        Of the executable.
-    path : str
-        Its file.
-    function : str or None
-        Of an entry point; None: the script itself.
-    package : str
-        The package to which it belongs.
-    """
-
-    name: str
-    path: str
-    function: str | None = None
-    package: str = ""
-
-    @property
-    def full(self) -> str:
-        """Its name with its package."""
-        return f"{self.package}/{self.name}" if self.package else self.name
+NO_PROGRAM = "no program"
+"""Stands for the program of a class that no program instantiates."""
 
 
 @dataclass(eq=False)
@@ -74,6 +52,8 @@ class Reading:
         Whether these values hold; else only where the code has none.
     arguments : tuple of str
         Arguments of the command line that a launch file gives.
+    keeper : ProgramKeeper or None
+        The cache of what programs do.
     """
 
     folder: SourceFolder
@@ -82,6 +62,20 @@ class Reading:
     given: dict[str, dict[str, Any]] = field(default_factory=dict)
     is_launched: bool = False
     arguments: tuple[str, ...] = ()
+    keeper: ProgramKeeper | None = None
+
+    def nodes(
+        self, program: str, path: str, start: str | None, run: Callable[[], list[NodeFact]]
+    ) -> list[NodeFact]:
+        """Return the nodes of a program in a file that starts with a function or a class.
+
+        They come from the cache if it has them; otherwise `run` returns them.
+        """
+        if self.keeper is None:
+            return run()
+        values = {"given": self.given.get(program, {}), "arguments": list(self.arguments)}
+        names = {"program": program, "path": path, "start": start, "launched": self.is_launched}
+        return self.keeper.nodes(names | values, run)
 
 
 def read_programs(reading: Reading, modules: Modules) -> Facts:
@@ -89,7 +83,8 @@ def read_programs(reading: Reading, modules: Modules) -> Facts:
     folder = reading.folder
     facts = Facts(folder.root.resolve().name)
     with _deep():
-        programs, same = _different(programs_of(reading, modules), reading, modules)
+        all_programs = programs_of(folder, reading.packages, modules)
+        programs, same = different(all_programs, reading.given, modules)
         imports = RosImports(modules, reading.idioms)
         made: set[tuple[str, int]] = set()
         known: dict[tuple[str, str], list[NodeFact]] = {}
@@ -107,8 +102,8 @@ def read_programs(reading: Reading, modules: Modules) -> Facts:
         for path, line, name in _classes_of_nodes(folder, modules):
             module = modules.module(path)
             if (path, line) not in made and module is not None and imports.can_use_ros(module):
-                nodes, _ = _run_class(path, name, modules, reading)
-                _add(facts, nodes, known)
+                run = partial(_run_class, path, name, module, modules, reading)
+                _add(facts, reading.nodes(NO_PROGRAM, path, name, run), known)
     facts.files = len(modules.all)
     folder.unread += lines(calls_of(modules.all.values()), modules.reached)
     facts.unread = sorted(dict.fromkeys(folder.unread))
@@ -119,33 +114,10 @@ def read_programs(reading: Reading, modules: Modules) -> Facts:
 def run_program(name: str, reading: Reading, modules: Modules) -> list[NodeFact] | None:
     """Return the nodes of the program with a name, ``package/executable``; None: it does not exist."""
     with _deep():
-        for program in programs_of(reading, modules):
+        for program in programs_of(reading.folder, reading.packages, modules):
             if f"{program.package}/{program.name}" == name:
                 return _run(program, modules, reading)[0]
     return None
-
-
-def _different(
-    programs: list[Program], reading: Reading, modules: Modules
-) -> tuple[list[Program], list[tuple[Program, Program]]]:
-    """Return the programs that do something else than others, and the others with the one they are like.
-
-    An installed script may also be an entry point: both call one function. They differ if launch files give
-    them different parameters.
-    """
-    groups: dict[tuple[str, str | None], list[Program]] = {}
-    for each in programs:
-        module = modules.module(each.path)
-        called = None if module is None else each.function or _called_plainly(_guard(module))
-        groups.setdefault((each.path, called), []).append(each)
-    same: dict[Program, Program] = {}
-    for (_, called), group in groups.items():
-        by_values = sorted(group, key=lambda each: not reading.given.get(each.full))
-        for each in by_values[1:] if called is not None else ():
-            values = reading.given.get(each.full)
-            if not values or values == reading.given.get(by_values[0].full):
-                same[each] = by_values[0]
-    return [each for each in programs if each not in same], list(same.items())
 
 
 def tests_with_ros(reading: Reading, modules: Modules) -> list[str]:
@@ -165,102 +137,6 @@ def _deep() -> Iterator[None]:
         sys.setrecursionlimit(before)
 
 
-def programs_of(reading: Reading, modules: Modules) -> list[Program]:
-    """Return the programs of a folder: entry points first, then scripts."""
-    found: list[Program] = []
-    for package in reading.packages:
-        for executable, target in package.programs.items():
-            dotted, _, function = target.partition(":")
-            path = _file_of(dotted, package, reading.folder) if function else target
-            if path is not None and path in reading.folder.scripts:
-                found.append(Program(executable, path, function or None, package.name))
-    covered = {(each.path, each.function) for each in found}
-    for path in reading.folder.scripts:
-        name = PurePosixPath(path).name
-        if (
-            name in ("setup.py", "conftest.py")
-            or name.endswith((".launch.py", "_launch.py"))
-            or "test" in PurePosixPath(path).parts
-        ):
-            continue
-        module = modules.module(path)
-        if module is None:
-            continue
-        guard, owner = _guard(module), _package_of(path, reading)
-        called = _only_call(guard)
-        if guard is not None or _spins(module.tree.body):
-            if (path, called) not in covered and (path, None) not in covered:
-                found.append(Program(name, path, None, owner))
-            continue
-        if not any(each.path == path for each in found):
-            found += [Program(f"{name}:{each}", path, each, owner) for each in _mains(module)]
-    return found
-
-
-def _mains(module: Module) -> list[str]:
-    """Return the functions of a module that start rclpy, for programs with entry points in other files."""
-    return [
-        node.name
-        for node in module.tree.body
-        if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef))
-        and len(node.args.args) <= len(node.args.defaults)
-        and _spins(node.body, is_deep=True)
-    ]
-
-
-def _package_of(path: str, reading: Reading) -> str:
-    inside = [each for each in reading.packages if each.path == "." or path.startswith(f"{each.path}/")]
-    return max(inside, key=lambda each: len(each.path)).name if inside else ""
-
-
-def _file_of(dotted: str, package: Package, folder: SourceFolder) -> str | None:
-    base = "" if package.path == "." else f"{package.path}/"
-    for start in ("", "src/"):
-        inner = f"{base}{start}{dotted.replace('.', '/')}"
-        for path in (f"{inner}.py", f"{inner}/__init__.py"):
-            if path in folder.scripts:
-                return path
-    ends = f"/{dotted.replace('.', '/')}.py"
-    return next((path for path in folder.scripts if path.startswith(base) and path.endswith(ends)), None)
-
-
-def _guard(module: Module) -> ast.If | None:
-    """Return the part of a script that runs when it is started."""
-    for node in module.tree.body:
-        if isinstance(node, ast.If) and "__name__" in ast.unparse(node.test)[:60]:
-            return node
-    return None
-
-
-def _only_call(guard: ast.If | None) -> str | None:
-    """Return the name of the function that the guard calls, if that is all it does."""
-    if guard is None or len(guard.body) != 1 or not isinstance(guard.body[0], ast.Expr):
-        return None
-    call = guard.body[0].value
-    if isinstance(call, ast.Call) and call.args and isinstance(call.args[0], ast.Call):
-        call = call.args[0]
-    return call.func.id if isinstance(call, ast.Call) and isinstance(call.func, ast.Name) else None
-
-
-def _called_plainly(guard: ast.If | None) -> str | None:
-    """Return the name of the function that the guard calls without arguments, if that is all it does."""
-    name = _only_call(guard)
-    text = "" if guard is None or name is None else ast.unparse(guard.body[0])
-    return name if text in (f"{name}()", f"sys.exit({name}())", f"exit({name}())") else None
-
-
-def _spins(body: list[ast.stmt], *, is_deep: bool = False) -> bool:
-    """Return whether statements start rclpy."""
-    return any(
-        isinstance(each, ast.Call)
-        and isinstance(each.func, ast.Attribute)
-        and ast.unparse(each.func) == "rclpy.init"
-        for node in body
-        if is_deep or isinstance(node, (ast.Expr, ast.Try, ast.With, ast.Assign))
-        for each in ast.walk(node)
-    )
-
-
 def _interpreter(modules: Modules, program: str, reading: Reading) -> tuple[Interpreter, RosLibrary]:
     machine = Interpreter(modules, program)
     library = RosLibrary(machine, reading.idioms)
@@ -276,6 +152,14 @@ def _run(program: Program, modules: Modules, reading: Reading) -> tuple[list[Nod
     module = modules.module(program.path)
     if module is None:
         return [], set()
+    nodes = reading.nodes(
+        program.full, program.path, program.function, lambda: _follow(program, module, modules, reading)
+    )
+    return nodes, {(node.at.file, node.at.line) for node in nodes}
+
+
+def _follow(program: Program, module: Module, modules: Modules, reading: Reading) -> list[NodeFact]:
+    """Run a program in the interpreter; return its nodes."""
     words = program.full
     machine, _ = _interpreter(modules, words, reading)
     machine.home = module.path
@@ -301,11 +185,11 @@ def _run(program: Program, modules: Modules, reading: Reading) -> tuple[list[Nod
             for callback in node.callbacks:
                 callback.is_open = True
     assign_callbacks(machine, activity)
-    return machine.nodes, {(node.at.file, node.at.line) for node in machine.nodes}
+    return machine.nodes
 
 
 def _place_main(main: CallbackFact, machine: Interpreter, frame: Frame, module: Module) -> None:
-    called = _only_call(_guard(module))
+    called = only_call(guard_of(module))
     function = _function(machine, frame, called)
     if function is not None:
         main.at = Place(function.frame.module.path, function.node.lineno)
@@ -317,14 +201,9 @@ def _function(machine: Interpreter, frame: Frame, name: str | None) -> Function 
     return found if isinstance(found, Function) else None
 
 
-def _run_class(
-    path: str, name: str, modules: Modules, reading: Reading
-) -> tuple[list[NodeFact], set[tuple[str, int]]]:
-    """Create an instance of a node class that no program instantiates."""
-    module = modules.module(path)
-    if module is None:
-        return [], set()
-    machine, _ = _interpreter(modules, "no program", reading)
+def _run_class(path: str, name: str, module: Module, modules: Modules, reading: Reading) -> list[NodeFact]:
+    """Create an instance of a node class that no program instantiates; return its nodes."""
+    machine, _ = _interpreter(modules, NO_PROGRAM, reading)
     main = CallbackFact("main", "main", Place(path, 1))
     activity = Activity(main)
     try:
@@ -342,7 +221,7 @@ def _run_class(
         if node.threads == "not spun":
             node.threads = "open"
     assign_callbacks(machine, activity)
-    return machine.nodes, set()
+    return machine.nodes
 
 
 def _add(facts: Facts, nodes: list[NodeFact], known: dict[tuple[str, str], list[NodeFact]]) -> None:

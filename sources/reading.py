@@ -8,12 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from dineros.metamodel.errors import DinerosError, Location, counted, near_matches
-from dineros.sources.cpp.keeping import tidy
 from dineros.sources.cpp.parsing import is_there
 from dineros.sources.cpp.programs import CppPrograms
 from dineros.sources.facts import Facts, NodeFact, is_open
 from dineros.sources.folders import CPP, open_folder
 from dineros.sources.interfaces import read_interfaces
+from dineros.sources.keeping.store import tidy
+from dineros.sources.language.keeping import ProgramKeeper
 from dineros.sources.language.modules import Modules
 from dineros.sources.launch.containers import ALONE, container_of, executor_in
 from dineros.sources.launch.description import Started, full
@@ -80,6 +81,9 @@ def read_source(
                 found = files.parameters(each, full(each.name or each.executable, each.namespace))
                 given.setdefault(f"{each.package}/{each.executable}", []).append(found)
     reading = Reading(folder, packages, idioms, {key: _agreed(found) for key, found in given.items()})
+    if cache is not None:
+        context = [repr(packages), repr(sorted(idioms.items()))]
+        reading.keeper = ProgramKeeper(cache, folder, modules, context)
     facts = read_programs(reading, modules)
     facts.interfaces = read_interfaces(folder, packages)
     programs = _add_cpp(facts, reading, cache)

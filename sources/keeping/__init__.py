@@ -1,1 +1,1 @@
-"""Facts as JSON, for a cache."""
+"""A cache of the facts of programs between runs."""

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import ast
+import hashlib
 import sys
 import warnings
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 from pathlib import PurePosixPath
 
-from dineros.sources.folders import SourceFolder
+from dineros.metamodel.errors import ModelFileError
+from dineros.metamodel.files.reading import read_bytes
+from dineros.sources.folders import MOST_BYTES, SourceFolder
 
 MOST_DEPTH = 400
 """Limit of the nesting of an expression or a statement."""
@@ -36,6 +41,22 @@ class Module:
         return PurePosixPath(self.path).stem
 
 
+@dataclass(eq=False)
+class Noted:
+    """What code used while it ran.
+
+    Attributes
+    ----------
+    asked : set of str
+        Paths of the modules that it asked for.
+    reached : set of (str, int)
+        Path and line of the calls that create entities and that it reached.
+    """
+
+    asked: set[str] = field(default_factory=set)
+    reached: set[tuple[str, int]] = field(default_factory=set)
+
+
 class Modules:
     """All modules of a folder.
 
@@ -52,6 +73,8 @@ class Modules:
         self.reached: set[tuple[str, int]] = set()
         """Path and line of the calls that create entities and that a program reached."""
         self._folder = folder
+        self._asked: set[str] = set()
+        self._digests: dict[str, str] = {}
         files = set(folder.scripts)
         self._with_init = {
             PurePosixPath(path).parent.as_posix() for path in files if path.endswith("__init__.py")
@@ -66,8 +89,31 @@ class Modules:
         """Report an ignored part."""
         self._folder.unread.append(line)
 
+    @contextmanager
+    def noted(self) -> Iterator[Noted]:
+        """Note what the code that runs meanwhile uses."""
+        before, noted = (self._asked, self.reached), Noted()
+        self._asked, self.reached = noted.asked, noted.reached
+        try:
+            yield noted
+        finally:
+            self._asked, self.reached = before
+            self._asked |= noted.asked
+            self.reached |= noted.reached
+
+    def digest(self, path: str) -> str:
+        """Return a hash of the content of a module; empty: it cannot be read."""
+        if path not in self._digests:
+            try:
+                content = read_bytes(self._folder.root / path, MOST_BYTES)
+                self._digests[path] = hashlib.sha256(content).hexdigest()
+            except ModelFileError:
+                self._digests[path] = ""
+        return self._digests[path]
+
     def module(self, path: str) -> Module | None:
         """Return a module by its path; None: it cannot be read."""
+        self._asked.add(path)
         if path not in self.all:
             tree = self._parse(path)
             if tree is None:

@@ -156,7 +156,7 @@ FOLDERS = {
             "launch",
             "cpp",
         ),
-        *("ros_imports", "callbacks", "programs", "reading"),
+        *("ros_imports", "callbacks", "executables", "programs", "reading"),
     ],
     "sources/launch": [
         *("yaml_text", "parameters", "substitutions", "description", "containers", "markup"),
@@ -176,6 +176,7 @@ FOLDERS = {
         *(
             "endings",
             "modules",
+            "keeping",
             "values",
             "constants",
             "fields",
@@ -191,7 +192,6 @@ FOLDERS = {
     ],
     "sources/language/fields": ["messages", "responses"],
     "sources/language/running": ["matching", "statements"],
-    "sources/keeping": ["values", "branches", "facts"],
     "observation": [
         *(
             "systems",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 import json
 import random
@@ -12,7 +13,8 @@ from typing import Any
 import pytest
 
 from dineros.sources.cpp.keeping import Keeper
-from dineros.sources.keeping.facts import to_plain
+from dineros.sources.facts import NodeFact
+from dineros.sources.keeping.graphs import to_plain
 from dineros.sources.reading import read_source
 
 pytest.importorskip("tree_sitter_cpp")
@@ -172,7 +174,7 @@ def test_branches_and_nodes_without_a_class_are_kept(
     first = facts(workspace, cache)
     assert first == facts(workspace) == facts(workspace, cache)
     assert was_kept == [False, False, True, True]
-    assert all(f'"{each}"' in first for each in ("answered", "give", "branch", "joined", "loop"))
+    assert all(f'"{each}"' in first for each in ("Answered", "Give", "Branch", "Joined", "Loop"))
 
 
 @pytest.mark.parametrize("edit", EDITS)
@@ -255,15 +257,18 @@ def test_a_damaged_entry_is_ignored(workspace: Path, damage: str) -> None:
 def _forged(content: bytes, how: str) -> bytes:
     """Return an entry with a right hash whose facts have another shape."""
     entry = json.loads(content.partition(b"\n")[2])
+    _, node, *rows = entry["facts"]
+    at = {each.name: number for number, each in enumerate(dataclasses.fields(NodeFact), start=1)}
     if how == "forged":
-        entry["facts"]["nodes"][0]["entities"] = [-1, True, 10**6]
+        node[at["entities"]] = ["list", ["object", -1], True, ["object", 10**6]]
     elif how == "body":
-        for each in entry["facts"]["callbacks"]:
-            each["body"] = [["do", 10**6], ["branch", ["any", []], [["do", -1]], 7]]
+        for row in rows:
+            if row[0] == "CallbackFact":
+                row[-2] = ["list", ["object", 0], ["object", 7]]
     elif how == "huge number":
-        entry["facts"]["nodes"][0]["pool"] = 1e308
+        node[at["pool"]] = 1e308
     else:
-        entry["facts"]["nodes"] = json.loads("[" * 60 + "]" * 60)
+        node[at["entities"]] = json.loads("[" * 60 + "]" * 60)
     text = json.dumps(entry).encode()
     return hashlib.sha256(text).hexdigest().encode() + b"\n" + text
 
