@@ -35,6 +35,7 @@ from dineros.sources.cpp.values import (
     shown,
 )
 from dineros.sources.facts import CallbackFact, Entity, NodeFact, is_open
+from dineros.sources.libraries.own_timers import publish_at_each_tick
 
 if TYPE_CHECKING:
     from tree_sitter import Node
@@ -366,6 +367,8 @@ class Maker:
                     entity.details |= {"reliability": "reliable", "durability": "volatile"} | given
             if "period" in entry:
                 entity.details["period"] = _period(entry, args)
+            if "publishes" in entry:
+                publish_at_each_tick(entity, made[entry["publishes"]])
             if entry["kind"] != "publishers":
                 entity.details.setdefault("group", "default")
             if "callback" in entry and "callback" in args:

@@ -27,6 +27,7 @@ from dineros.sources.libraries.arguments import type_of
 from dineros.sources.libraries.doing import Doer
 from dineros.sources.libraries.idioms import Idiom
 from dineros.sources.libraries.making import NO_VARIABLE
+from dineros.sources.libraries.own_timers import publish_at_each_tick
 
 
 class Idioms:
@@ -123,6 +124,8 @@ class Idioms:
             value = given.get(str(entry["period"]).strip("{}"))
             self.maker.period(entity, value if value is not None else Const(entry.get("usual")))
             entity.details["callback"] = entry.get("via", "open")
+            if "publishes" in entry:
+                publish_at_each_tick(entity, before[entry["publishes"]])
         if entry["kind"] not in ("publishers", "groups"):
             entity.details["group"] = entry.get("group", "default")
         if entry["kind"] == "action_servers":

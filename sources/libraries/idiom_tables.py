@@ -130,6 +130,13 @@ def checked(entry: Mapping[str, Any], number: int, file: Path) -> None:
         of_make = f"{at}: makes[{index}]"
         _shaped(make, _MAKE, of_make, file, needs=("kind",))
         _checked_make(make, of_make, file)
+        if "publishes" in make:
+            before = makes[: min(index, make["publishes"] + 1)]
+            if len(before) <= make["publishes"] or before[-1]["kind"] != "publishers":
+                raise _wrong(
+                    *(file, f"{of_make}: publishes", "is not an earlier publisher of `makes`"),
+                    "it is the number of the publisher, counted from 0",
+                )
     _shaped(entry.get("quality", {}), _QUALITY, f"{at}: quality", file)
     for name, method in entry.get("methods", {}).items():
         of_method = f"{at}: methods.{name}"

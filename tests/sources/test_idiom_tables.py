@@ -34,6 +34,7 @@ WRONG = {
     'path = "a"\nmakes = [{ kind = "publishers", name = "x", type = "y", depth = true }]': "depth is not a",
     'path = "a"\nmakes = [{ kind = "publishers", name = "x", type = "y", reliability = "x" }]': "reliability",
     'path = "a"\nmakes = [{ kind = "publishers", each = "rows", name = "x", type = 1 }]': "is not the number",
+    'path = "a"\nmakes = [{ kind = "timers", period = 1.0, publishes = 0 }]': "is not an earlier publisher",
     'path = "a"\nmethods = "beat"': "idiom a: methods is not a table",
     'path = "a"\nmethods.beat = "publish"': "idiom a: methods.beat is not a table",
     'path = "a"\nmethods.beat = { entity = 0 }': "methods.beat has neither `do` nor `callback`",

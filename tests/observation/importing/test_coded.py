@@ -16,7 +16,7 @@ from dineros.metamodel.files import load
 from dineros.observation.findings.mismatches import mismatches
 from dineros.observation.importing.building import to_model
 from dineros.sources.language.machine import MOST_CALLS
-from dineros.sources.reading import Launch
+from dineros.sources.reading import Launch, read_source
 from tests.support.programs.coded import BATTERY, MONITOR, files, model_of, read, run, steps
 
 
@@ -477,3 +477,63 @@ def test_a_thread_that_is_too_deep_to_be_read_is_named(tmp_path: Path) -> None:
     )
     (line,) = read(source).lacks
     assert line.endswith("not all that the thread step0 does could be read; omitted in the model")
+
+
+HEALTHY = {
+    "robot": """
+    from diagnostic_updater import Updater
+
+    class Robot(Node):
+        def __init__(self):
+            super().__init__('robot')
+            self.updater = Updater(self, 0.5)
+
+    class Watch(Node):
+        def __init__(self):
+            super().__init__('watch')
+            self.create_subscription(DiagnosticArray, '/diagnostics', self.heard, 10)
+
+        def heard(self, message):
+            pass
+
+    def main():
+        rclpy.init()
+        executor = SingleThreadedExecutor()
+        robot, watch = Robot(), Watch()
+        executor.add_node(robot)
+        executor.add_node(watch)
+        executor.spin()
+    """,
+}
+IN_CPP = """
+#include <rclcpp/rclcpp.hpp>
+#include <diagnostic_updater/diagnostic_updater.hpp>
+class Robot : public rclcpp::Node {
+ public:
+  Robot() : rclcpp::Node("robot"), updater_(this, 0.5) {
+    sub_ = create_subscription<diagnostic_msgs::msg::DiagnosticArray>("/diagnostics", 10,
+      [this](diagnostic_msgs::msg::DiagnosticArray::SharedPtr) {});
+  }
+  diagnostic_updater::Updater updater_;
+  rclcpp::Subscription<diagnostic_msgs::msg::DiagnosticArray>::SharedPtr sub_;
+};
+int main() { rclcpp::init(0, nullptr); rclcpp::spin(std::make_shared<Robot>()); }
+"""
+
+
+@pytest.mark.parametrize("language", ["python", "cpp"])
+def test_timers_of_libraries_publish(tmp_path: Path, language: str) -> None:
+    if language == "cpp":
+        source = tmp_path / "code"
+        source.mkdir()
+        (source / "robot.cpp").write_text(IN_CPP)
+    else:
+        source = files(tmp_path, **HEALTHY)
+    _, text = run("check", "-q", "-v", "--source", source)
+    assert "unused-topic" not in text and "not-live" not in text, text
+    (robot,) = [node for node in read_source(source).nodes if node.name == "robot"]
+    (timer,) = robot.of("timers")
+    (effect,) = timer.callbacks["callback"].effects
+    assert timer.details["period"] == 0.5
+    assert (effect.do, effect.when) == ("publish", "always")
+    assert effect.entity is not None and effect.entity.name == "/diagnostics"
