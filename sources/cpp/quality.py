@@ -41,6 +41,10 @@ CHAINED = {
     "durability_best_available",
 }
 """Methods of a profile that return it."""
+RMW_PROFILE = "rmw_qos_profile_t"
+"""The structure of a profile in C."""
+_OF_RMW = ("history", "depth", "reliability", "durability", "deadline", "lifespan", "liveliness")
+"""Its first members, in their order."""
 _OPEN: Profile = dict.fromkeys(USUAL, "open")
 
 
@@ -146,6 +150,21 @@ def changed(value: Value | None, method: str, args: list[Value]) -> Made:
         found.pop("history", None)
     fields: dict[str, Value] = {key: Const(each) for key, each in found.items()}
     return Made("rclcpp::QoS", fields=fields)
+
+
+def of_rmw(values: list[Value]) -> dict[str, Value]:
+    """Return the members of an ``rmw_qos_profile_t`` that a list in braces gives.
+
+    Examples
+    --------
+    >>> of_rmw([Made("RMW_QOS_POLICY_HISTORY_KEEP_LAST"), Const(5)])["depth"]
+    Const(value=5)
+    """
+    found: dict[str, Value] = {}
+    for name, each in zip(_OF_RMW, values, strict=False):
+        is_named = isinstance(each, Made) and each.path.startswith(".") and each.args
+        found |= {each.path[1:]: each.args[0]} if is_named else {name: each}  # type: ignore[attr-defined]
+    return found
 
 
 def with_member(value: Made, name: str, given: Value) -> Made:

@@ -12,6 +12,7 @@ from dineros.sources.cpp.following.machine import coerced
 from dineros.sources.cpp.following.routines import Routines
 from dineros.sources.cpp.index import ClassInfo
 from dineros.sources.cpp.parsing import arguments_of, path_of, text_of
+from dineros.sources.cpp.quality import RMW_PROFILE, of_rmw
 from dineros.sources.cpp.values import (
     NO_VALUE,
     Either,
@@ -150,7 +151,10 @@ class Calls(Routines):
         found = self.library.call(call)
         if found is None:
             self.escapes(call)
-        return found if found is not None else Made(name, args, node=kind if kind is not None else node)
+        if found is None:
+            fields = of_rmw(args) if name.endswith(RMW_PROFILE) else {}
+            found = Made(name, args, fields, node=kind if kind is not None else node)
+        return found
 
     def _container(self, kind: Node | None, args: list[Value], frame: Frame) -> Items:
         """Return a list of the standard library; of a map, the class of its values counts."""

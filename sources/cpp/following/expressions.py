@@ -10,7 +10,7 @@ from dineros.sources.cpp.following.machine import MOST_CALLS, Machine, coerced
 from dineros.sources.cpp.index import ClassInfo, Routine
 from dineros.sources.cpp.operations import binary, number, text_literal
 from dineros.sources.cpp.parsing import path_of, text_of
-from dineros.sources.cpp.quality import CHAINED, with_member
+from dineros.sources.cpp.quality import CHAINED, RMW_PROFILE, of_rmw, with_member
 from dineros.sources.cpp.values import (
     NO_VALUE,
     Const,
@@ -161,7 +161,9 @@ class Expressions(Machine):
                 if constant.node.type == "preproc_arg":
                     text = text_of(constant.node).strip()
                     return Const(text[1:-1]) if text[:1] == text[-1:] == '"' else number(text)
-                return self.value(constant.node, Frame(constant.path, constant.full.rpartition("::")[0]))
+                found = self.value(constant.node, Frame(constant.path, constant.full.rpartition("::")[0]))
+                is_profile = isinstance(found, Items) and _declared_type(constant.node).endswith(RMW_PROFILE)
+                return Made(RMW_PROFILE, fields=of_rmw(found.values)) if is_profile else found  # type: ignore[attr-defined]
             finally:
                 self.calls.pop()
         if frame.cls is not None and "::" not in path:
@@ -359,6 +361,13 @@ class Expressions(Machine):
                     each.child_by_field_name("right"), frame
                 )
         return Lambda(node, inner)
+
+
+def _declared_type(value: Node) -> str:
+    """Return the type of the declaration of a constant with a value."""
+    declarator = value.parent
+    declaration = declarator.parent if declarator is not None else None
+    return "" if declaration is None else path_of(declaration.child_by_field_name("type"))
 
 
 def changed_by(node: Node | None, methods: Container[str]) -> Node | None:

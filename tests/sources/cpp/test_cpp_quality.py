@@ -197,3 +197,36 @@ def test_what_a_branch_sets_is_known_in_it(tmp_path: Path, body: str, found: lis
     (tmp_path / "robot.cpp").write_text(BRANCHES.replace("BODY", body))
     (node,) = read_source(tmp_path).nodes
     assert [each.name for each in node.of("publishers")] == found
+
+
+OF_C = """
+rmw_qos_profile_t listed{RMW_QOS_POLICY_HISTORY_KEEP_LAST, 7, RMW_QOS_POLICY_RELIABILITY_BEST_EFFORT,
+  RMW_QOS_POLICY_DURABILITY_TRANSIENT_LOCAL, RMW_QOS_DEADLINE_DEFAULT, RMW_QOS_LIFESPAN_DEFAULT, false};
+auto qos = rclcpp::QoS(rclcpp::QoSInitialization(listed.history, listed.depth), listed);
+static const rmw_qos_profile_t named = {.history = RMW_QOS_POLICY_HISTORY_KEEP_LAST, .depth = 3,
+  .reliability = RMW_QOS_POLICY_RELIABILITY_BEST_EFFORT, .durability = RMW_QOS_POLICY_DURABILITY_VOLATILE};
+using Text = std_msgs::msg::String;
+class Robot : public rclcpp::Node {
+ public:
+  Robot() : Node("robot") {
+    rmw_qos_profile_t own{RMW_QOS_POLICY_HISTORY_KEEP_ALL, 9, RMW_QOS_POLICY_RELIABILITY_RELIABLE};
+    outs_.push_back(create_publisher<Text>("listed", qos));
+    auto other = rclcpp::QoS(rclcpp::QoSInitialization::from_rmw(named), named);
+    outs_.push_back(create_publisher<Text>("named", other));
+    auto last = rclcpp::QoS(rclcpp::QoSInitialization(own.history, own.depth), own);
+    outs_.push_back(create_publisher<Text>("own", last));
+  }
+  std::vector<rclcpp::Publisher<Text>::SharedPtr> outs_;
+};
+int main() { rclcpp::init(0, nullptr); rclcpp::spin(std::make_shared<Robot>()); }
+"""
+
+
+def test_profiles_of_c_have_members_in_braces(tmp_path: Path) -> None:
+    (tmp_path / "robot.cpp").write_text(OF_C)
+    found = {each.name: each.details for each in read_source(tmp_path).nodes[0].of("publishers")}
+    listed, named, own = found["listed"], found["named"], found["own"]
+    assert (listed["depth"], listed["reliability"], listed["durability"]) == (7, BEST, LATCHED)
+    assert (named["depth"], named["reliability"], named["durability"]) == (3, BEST, "volatile")
+    assert (own["history"], own["depth"], own["reliability"]) == ("keep_all", 0, "reliable")
+    assert own["durability"].startswith("open")
