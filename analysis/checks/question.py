@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -43,6 +44,9 @@ PARTS_SHARE, PARTS_SECONDS = 0.4, 60.0
 
 FEW_QUEUES = 10
 """Number of queues for each of which a run that loses a message is put into rounds at any cost."""
+
+SHOWN_SHARE = 0.15
+"""Part of the time in which runs are made short to read that lose a message; later ones are not shown."""
 
 RECURRENCE_SHARE = 0.2
 """Part of the time that is left in which a smaller net is looked at."""
@@ -102,6 +106,22 @@ class Checked:
     told: set[str] = field(default_factory=set)
     answered: list[tuple[sym.Property, Asked | AskedLatency, Outcome]] = field(default_factory=list)
     bounded: dict[str, str] = field(default_factory=dict)
+    _shown_seconds: float = 0.0
+
+    @contextmanager
+    def showing(self) -> Iterator[None]:
+        """Count the time in which a run is made that shows what is found."""
+        began = time.perf_counter()
+        try:
+            yield
+        finally:
+            self._shown_seconds += time.perf_counter() - began
+
+    @property
+    def has_time_for_runs(self) -> bool:
+        """Whether runs that show what is found are wanted, and have not used up their part of the time."""
+        limit = self.budget.seconds
+        return self.is_shown and (limit is None or self._shown_seconds < SHOWN_SHARE * limit)
 
     @cached_property
     def subject(self) -> Subject:

@@ -7,7 +7,9 @@ from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from itertools import product
 
-from dineros.analysis.nets.compiled import CompiledNet
+import numpy as np
+
+from dineros.analysis.nets.compiled import CompiledNet, Int64Array
 
 LONGEST_BLOCK = 60
 """Items of a block that repeats, at most."""
@@ -45,30 +47,32 @@ def folded(items: Sequence[Hashable]) -> list[Block]:
     [(1, 1), (2, 6), (1, 1)]
     """
     size = len(items)
-    equal = [_runs(items, length) for length in range(1, min(LONGEST_BLOCK, size // 2) + 1)]
+    numbers: dict[Hashable, int] = {}
+    row = np.array([numbers.setdefault(item, len(numbers)) for item in items], dtype=np.int64)
+    best_saved, best_length = np.zeros(size, dtype=np.int64), np.ones(size, dtype=np.int64)
+    for length in range(1, min(LONGEST_BLOCK, size // 2) + 1):
+        saved = _runs(row, length) // length * length
+        is_better = saved > best_saved[: len(saved)]  # of equal ones, the shortest block
+        best_saved[: len(saved)][is_better] = saved[is_better]
+        best_length[: len(saved)][is_better] = length
     blocks: list[Block] = []
     at = 0
     while at < size:
-        saved, length = max(
-            (
-                ((runs[at] // length) * length, -length)
-                for length, runs in enumerate(equal, 1)
-                if at < len(runs)
-            ),
-            default=(0, -1),
-        )
-        block = Block(at, -length, 1 + saved // -length) if saved >= LEAST_SAVED else Block(at, 1, 1)
+        saved_here, length = int(best_saved[at]), int(best_length[at])
+        is_block = saved_here >= LEAST_SAVED
+        block = Block(at, length, 1 + saved_here // length) if is_block else Block(at, 1, 1)
         blocks.append(block)
         at += block.length * block.times
     return blocks
 
 
-def _runs(items: Sequence[Hashable], length: int) -> list[int]:
+def _runs(row: Int64Array, length: int) -> Int64Array:
     """By position: how many items from there on are equal to those so much later."""
-    runs = [0] * (len(items) - length + 1)
-    for at in range(len(items) - length - 1, -1, -1):
-        runs[at] = runs[at + 1] + 1 if items[at] == items[at + length] else 0
-    return runs
+    differs = np.flatnonzero(row[:-length] != row[length:])
+    ends = np.append(differs, len(row) - length)  # by the next position that differs
+    places = np.arange(len(row) - length)
+    found: Int64Array = ends[np.searchsorted(differs, places)] - places
+    return found
 
 
 def in_rounds(net: CompiledNet, trace: Sequence[int]) -> tuple[int, ...]:

@@ -146,7 +146,8 @@ class _Rounds:
             markings.append(self._net.fire(t, markings[-1]))
         needed = {p for t in self._then for p, weight in self._rows.needs[t] if markings[0][p] < weight}
         found: dict[tuple[int, ...], tuple[tuple[float, int, int], int]] = {}
-        for start in range(len(trace)):
+        work = len(trace) * LONGEST_ROUND**2 // 2  # at most a quarter of what may be tried
+        for start in range(0, len(trace), 1 + 4 * work // max(self._left, 1)):
             for end in range(start + 2, min(len(trace), start + LONGEST_ROUND) + 1):
                 marking = list(markings[end])
                 round = tuple(t for t in trace[start:end] if self._fires(t, marking))

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from dineros.analysis.answers.budget import Budget
+from dineros.analysis.checks import question
 from dineros.analysis.checks.check import check
 from dineros.analysis.suggestions.capacities import suggest_capacities
 from dineros.metamodel import sym
@@ -87,3 +89,15 @@ def test_an_open_question_about_such_a_queue_could_only_be_a_note(monkeypatch: p
         open_ones = [each for each in check(news(newest=newest)).unknown if "can overflow" in each.question]
         rules = {(each.rule, each.may_be_fault) for each in open_ones}
         assert rules == {("message-displaced", False) if newest else ("queue-overflow", True)}
+
+
+def test_a_queue_overflows_also_if_there_is_no_time_to_show_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The finding stays, without a run; it is not an open question."""
+    monkeypatch.setattr(question, "SHOWN_SHARE", 0.0)
+    report = check(news(newest=False), Budget(seconds=600))
+    lost = [each for each in report.findings if each.rule == "queue-overflow"]
+    assert [each.elements[1] for each in lost] == ["Heard", "Said"]
+    assert [each.witness for each in lost] == [None, None]
+    assert not any("overflow" in each.text for each in report.unknown)
+    shown = check(news(newest=False)).findings
+    assert all(each.witness is not None for each in shown if each.rule == "queue-overflow")

@@ -54,6 +54,25 @@ def test_a_history_is_filled_by_one_of_the_turns(seed: int) -> None:
     assert can_fire(NET, [LOSE], replay(NET, found)[-1])
 
 
+def test_the_search_for_rounds_in_a_long_run_has_a_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A run of 6 000 firings has 1.6 million parts; each may cost 24 firings."""
+    fired = 0
+    fire = rounds.FiringRows.fire
+
+    def counted(self: rounds.FiringRows, transition: int, marking: list[int]) -> bool:
+        nonlocal fired
+        fired += 1
+        return fire(self, transition, marking)
+
+    monkeypatch.setattr(rounds.FiringRows, "fire", counted)
+    rng = random.Random(3)
+    turns = [FIRST_TURN + rng.randrange(TURNS) for _ in range(3_000)]
+    way = [step for at, turn in enumerate(turns) for step in (turn, TAKE if at < DEPTH else LOSE)]
+    found = repeating_way(NET, way, [FIRST_TURN], most_tried=100_000)
+    assert can_fire(NET, [FIRST_TURN], replay(NET, found)[-1])
+    assert fired < 300_000
+
+
 @pytest.mark.parametrize("seed", range(40))
 def test_what_is_found_in_random_nets_can_fire(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(rounds, "LEAST_LINES", 2)
