@@ -164,12 +164,18 @@ def _locks(node: NodeFact) -> Iterator[tuple[Place, Finding]]:
                 if waits:
                     others = {each.name for each in users.get(lock, ()) if each.name != callback.name}
                     yield from _held(effect, callback, node, effect.do, lock, others)
-                elif (
-                    effect.do == "lock" and lock != effect.what
-                ):  # a fault if another callback takes the two in the other order
+                elif effect.do == "lock" and lock != effect.what:
+                    # A fault if another callback, or another run of this one, has the other order.
                     group = _group(callback, node)
-                    found = [each for each in orders.get((effect.what, lock), ()) if each is not callback]
-                    others = {each.name for each in found if group is None or _group(each, node) != group}
+                    others = {
+                        each.name
+                        for each in orders.get((effect.what, lock), ())
+                        if (
+                            _overlaps_itself(callback, node)
+                            if each is callback
+                            else group is None or _group(each, node) != group
+                        )
+                    }
                     yield from _held(effect, callback, node, f"for {effect.what}", lock, others)
 
 
@@ -256,6 +262,16 @@ def _may_be_one(node: NodeFact) -> bool:
 
 def _if_one(node: NodeFact) -> str:
     return "" if node.threads == 1 else f", if the executor has one thread ({node.threads})"
+
+
+def _overlaps_itself(callback: CallbackFact, node: NodeFact) -> bool:
+    """Return whether several runs of a callback may overlap, if there are several threads."""
+    kinds = [
+        str(entity.group.details.get("kind", ""))
+        for entity in node.entities
+        if entity.group is not None and callback in entity.callbacks.values()
+    ]
+    return callback.kind == "execute" or any(kind.startswith("reentrant") for kind in kinds)
 
 
 def _group(callback: CallbackFact, node: NodeFact) -> str | None:

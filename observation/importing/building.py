@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.build import seconds
+from dineros.metamodel.elements import is_unseen, node_net_of
 from dineros.metamodel.errors import printable
 from dineros.observation.importing.assuming import Assumed
 from dineros.observation.importing.channels import Channels
@@ -81,6 +82,10 @@ def to_model(
         builder = NodeBuilder(node, given, channels, node.name in found.unseen, system.is_partial)
         model.pages.append(builder.build())
         assumed += builder.assumed
+    for service in channels.services.values():
+        if service.clients and all(is_unseen(node_net_of(each.request)) for each in service.clients):
+            # Each invented caller has one request at a time: more instances only cost markings.
+            service.instances = min(service.instances or 1, len(service.clients))
     model.channels.extend(channels.all())
     model.otherTokenTypes.extend(channels.types.values())
     for name, text in given.properties.items():

@@ -49,7 +49,14 @@ from typing import Any, TypeVar
 from dineros.metamodel.errors import DinerosError, Location, near_matches
 from dineros.metamodel.files.reading import read_bytes
 from dineros.metamodel.files.toml import decode_toml
-from dineros.observation.importing.flows.labels import Deciding, Flow, GivenVariable, Received, Step
+from dineros.observation.importing.flows.labels import (
+    WAITS,
+    Deciding,
+    Flow,
+    GivenVariable,
+    Received,
+    Step,
+)
 
 Span = tuple[float, float | None]
 """Least and greatest seconds; None: unbounded."""
@@ -108,6 +115,13 @@ class GivenCallback:
     received: Received | None = None
     has_open_group: bool = field(default=False, compare=False)
 
+    @property
+    def may_wait(self) -> bool:
+        """Whether a step may wait for another callback, or its steps are not given."""
+        flow = () if self.flow is None else [each.label for each in self.flow.edges]
+        steps = [*(self.does or ()), *(each for each in flow if isinstance(each, Step))]
+        return (self.does is None and self.flow is None) or any(each.verb in WAITS for each in steps)
+
 
 @dataclass(frozen=True)
 class OpenThreads:
@@ -163,6 +177,12 @@ class GivenNode:
     variables: Mapping[str, GivenVariable] = field(default_factory=dict)
     answers_hold_groups: bool = field(default=False, compare=False)
     open_threads: OpenThreads | None = field(default=None, compare=False)
+
+    def at_once(self, service: str) -> int:
+        """Return the number of simultaneous requests of a service: several in a reentrant group."""
+        group = self.callbacks.get(service, GivenCallback()).group
+        is_reentrant = group is not None and self.groups[group] == "reentrant"
+        return (self.threads or 1) if is_reentrant else 1
 
 
 @dataclass(frozen=True)

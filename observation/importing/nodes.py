@@ -76,6 +76,8 @@ class NodeBuilder(Abilities):
     def _executor(self) -> None:
         if self._is_unseen:
             self._net.assumed = "node"
+            if self._node.clients:  # it may ask again and again: it must not wait for itself
+                self._net.executor, self._net.threads = "multi", 2
             return
         if self._said.order is not None:
             if self._said.is_shared and self._said.order == "rclpy":
@@ -177,13 +179,7 @@ class NodeBuilder(Abilities):
             answer.tokenType = self._channels.responses(endpoint.name)
             body.reply(begin, *self._does(endpoint.name), answer)
         port = sym.ServerPort(entry=entry, exit=answer, page=body.page)
-        self._channels.serve(endpoint, port, self._at_once(endpoint.name))
-
-    def _at_once(self, service: str) -> int:
-        """Return the number of simultaneous requests of a service: several in a reentrant group."""
-        group = self._said.callbacks.get(service, GivenCallback()).group
-        is_reentrant = group is not None and self._said.groups[group] == "reentrant"
-        return (self._said.threads or 1) if is_reentrant else 1
+        self._channels.serve(endpoint, port, self._said.at_once(endpoint.name))
 
     def _action(self, endpoint: Endpoint) -> None:
         body = self._page(endpoint.name, f"works_on_{flat(endpoint.name)}", "goal", at=endpoint.at)
@@ -373,6 +369,9 @@ class NodeBuilder(Abilities):
     def _call(self, page: sym.CallbackPage, step: Step, timeout: float | None) -> Call:
         service = step.name
         group = self._group(self._key(service)) if step.group is None else self._groups.get(step.group)
+        if self._is_unseen:
+            group = sym.CallbackGroup(id=self._ids.new(f"{self._net.id}.answers"), name="answers")
+            self._net.callbackGroups.append(group)
         client = next(each for each in self._node.clients if each.name == service)
         request, response = (
             sym.Place(

@@ -10,7 +10,7 @@ from typing import Any
 
 from dineros.metamodel.errors import listed
 from dineros.metamodel.ros_names import hidden_part
-from dineros.observation.importing.given import Given, GivenService
+from dineros.observation.importing.given import Given, GivenCallback, GivenService
 from dineros.observation.importing.names import is_type
 from dineros.observation.systems import (
     USUAL,
@@ -81,7 +81,8 @@ def whole(system: ObservedSystem, given: Given) -> Whole:
     types = _types(kept)
     kept = [_of_one_type(node, types, left_out) for node in kept]
     kept = list(_one_server(kept, left_out))
-    kept += [*_servers_of_the_unserved(kept), *(_callers_of_the_uncalled(kept) if system.is_partial else ())]
+    callers = _callers_of_the_uncalled(kept, given, left_out) if system.is_partial else []
+    kept += [*_servers_of_the_unserved(kept), *callers]
     return Whole(
         tuple(sorted(kept, key=lambda node: node.name)),
         frozenset(node.name for node in kept if node.name not in seen),
@@ -222,22 +223,43 @@ def _servers_of_the_unserved(nodes: Iterable[ObservedNode]) -> list[ObservedNode
     return found
 
 
-def _callers_of_the_uncalled(nodes: Iterable[ObservedNode]) -> list[ObservedNode]:
-    """Return a node for each unused topic, service and action: another package may use it at any time."""
+def _callers_of_the_uncalled(
+    nodes: Iterable[ObservedNode], given: Given, left_out: list[str]
+) -> list[ObservedNode]:
+    """Return nodes for each unused topic, service and action: another package may use it at any time.
+
+    A service whose callback may wait has as many callers as requests that it works on at once, at most
+    `MOST_CALLERS`: together they may hold all threads.
+    """
     wanted: dict[tuple[str, str], TopicEndpoint | Endpoint] = {}
     used: dict[str, set[str]] = defaultdict(set)
+    callers: dict[tuple[str, str], int] = {}
     for node in nodes:
         for role, other in _CALLERS.items():
             used[role].update(name_of(each) for each in getattr(node, role))
             for each in getattr(node, other):
                 wanted.setdefault((role, name_of(each)), each)
+        for each in node.servers:
+            said = given.node(node.name)
+            waits = said.callbacks.get(each.name, GivenCallback()).may_wait
+            callers["clients", each.name] = said.at_once(each.name) if waits else 1
     found = []
     for (role, name), each in wanted.items():
-        if name not in used[role]:
-            ports: dict[str, Any] = {role: (replace(each, at=""),)}
-            found.append(ObservedNode(f"/unseen/{role.removesuffix('s')}{full_name(name)}", **ports))
+        if name in used[role]:
+            continue
+        count = callers.get((role, name), 1)
+        if count > MOST_CALLERS:
+            left_out.append(
+                f"callers of service {name} outside of this code: more than {MOST_CALLERS} at a time"
+            )
+        ports: dict[str, Any] = {role: (replace(each, at=""),)}
+        for number in range(1, min(count, MOST_CALLERS) + 1):
+            ending = f"_{number}" if number > 1 else ""
+            found.append(ObservedNode(f"/unseen/{role.removesuffix('s')}{full_name(name)}{ending}", **ports))
     return found
 
 
 _CALLERS = {"publishers": "subscribers", "clients": "servers", "action_clients": "action_servers"}
 """The users of the other end, by kind."""
+MOST_CALLERS = 3
+"""Invented callers of a service, at most: each multiplies the markings."""
