@@ -189,6 +189,8 @@ def _state_classes() -> None:
         search.run()
         search.enlarge_tables(always=True)
         search.domain(0)
+        if kind in "WS":
+            ClassSearch(net, kind, Budget(MEMORY), keeps_edges=True, workers=2, least_for_threads=0).run()
     cutting = AtomicSearch(net, Budget(MEMORY))
     cutting.run()
     cutting.enlarge_table()

@@ -36,12 +36,16 @@ from dineros.analysis.timed.kernels.successors import (
 )
 from dineros.analysis.timed.nets import UNBOUNDED, TimedNet
 from dineros.analysis.timed.tables import Known, Work, batch_for, net_tables, work_for
+from dineros.analysis.timed.threads.rounds import How, Rounds, processors
 from dineros.metamodel.errors import DinerosError
 
 FIRST_TABLE = 1 << 16
 """Entries of the tables that find markings and classes again."""
 FIRST_SLICE, LARGEST_SLICE = 1 << 8, 1 << 22
 CALL_SECONDS = 0.1
+LEAST_FOR_THREADS = 20_000
+ALONE = 1 << 10
+"""Classes that one thread expands before several are tried again."""
 FIRST_CLOCKS = 16
 FIRST_ITEMS, FIRST_WORDS = 1 << 13, 1 << 18
 """Room for what follows a batch of classes: records, and their elements. It takes memory as it fills."""
@@ -63,6 +67,11 @@ class ClassSearch:
     is_breadth_first : bool
         Whether classes are expanded in the order in which they are found, so that the ways to them are short.
         By equality it is always so; by inclusion the other order replaces fewer classes.
+    workers : int or None
+        Number of threads that expand classes compared by equality; None: one for each processor. What is
+        found does not depend on it.
+    least_for_threads : int
+        Number of classes from which on they work together.
 
     Attributes
     ----------
@@ -83,6 +92,8 @@ class ClassSearch:
         keeps_edges: bool = False,
         keeps_parents: bool = False,
         is_breadth_first: bool = False,
+        workers: int | None = None,
+        least_for_threads: int = LEAST_FOR_THREADS,
     ) -> None:
         self.is_strong, self.by_inclusion = kind in "SE", kind in "ME"
         if net.has_priorities and not self.is_strong:
@@ -110,6 +121,14 @@ class ClassSearch:
         self._items, self._words = FIRST_ITEMS, FIRST_WORDS
         self._batch = batch_for(kernels.BATCH, self._items, self._words)
         self._work = self._matrices(FIRST_CLOCKS)
+        self._rounds: Rounds | None = None
+        self._least_for_threads = least_for_threads
+        workers = processors() if workers is None else workers
+        if workers > 1 and not self.by_inclusion:  # by inclusion, a class may replace those before it
+            how = How(self.is_strong, self.bits, self.top)
+            self._rounds = Rounds(
+                workers, least_for_threads, self.tables, how, self._with_larger_tables, self._matrices
+            )
 
     def _room(self, keeps_parents: bool) -> Known:
         """Map the tables; they take memory as they fill."""
@@ -197,6 +216,9 @@ class ClassSearch:
             self._is_cut_short = True  # its tables may be half-written
         except MemoryError:
             self.reason = "memory"
+        finally:
+            if self._rounds is not None:
+                self._rounds.close()
 
     def _begin(self) -> int:
         """Store the initial class; what is lacking."""
@@ -210,7 +232,15 @@ class ClassSearch:
         how = (self.bits, self.top, most)
         if self.by_inclusion:
             return int(kernels.explore_by_inclusion(*room, self._is_stack, *how))
+        if self._rounds is not None and self.classes >= self._least_for_threads:
+            if self._rounds.explore(self.known, self._work, self._batch, most, CALL_SECONDS):
+                return GOES_ON
+            how = (self.bits, self.top, min(most, ALONE))
         return int(kernels.explore(*room, self._keeps_edges, *how))
+
+    def _with_larger_tables(self) -> Known:
+        self.enlarge_tables(always=True)
+        return self.known
 
     def _answer(self, status: int) -> None:
         """Give a kernel what it lacks, or end the search."""

@@ -77,13 +77,18 @@ class Batch(NamedTuple):
     """The successors of some classes, until they are stored."""
 
     control: Any
-    last_item: Any  #: by class of the batch, from 1: where the items of what follows it end
+    first_item: Any  #: by class of the batch: where the items of what follows it start
+    last_item: Any  #: where they end
+    is_put_off: Any  #: whether a transition fires there for the first time in a marking
+    pending: Any  #: by such a firing: the position of the transition in its marking
+    pending_class: Any  #: the class of the batch
     fired: Any  #: by item
     marking: Any
     value: Any  #: hash of the record
     start: Any  #: where the record begins
     length: Any
     target: Any  #: the class, or -1: it was not known when the batch was looked up
+    origin: Any  #: by item that was not known: the first one of a round with the same record
     record: Any
 
 
@@ -142,21 +147,26 @@ def work_for(initial: Int64Array, clocks: int, depth: int) -> Work:
     )
 
 
-def batch_for(classes: int, items: int, words: int) -> Batch:
-    """Return room for what follows so many classes: records, and elements of these."""
+def batch_for(classes: int, items: int, words: int, *batches: int) -> Batch:
+    """Return room for what follows so many classes: records, and elements of these; for so many batches."""
 
     def numbers(size: int) -> Int64Array:
-        return np.zeros(size, dtype=np.int64)
+        return np.zeros((*batches, size), dtype=np.int64)
 
     return Batch(
         control=numbers(BATCH_CONTROL),
-        last_item=numbers(classes + 1),
+        first_item=numbers(classes),
+        last_item=numbers(classes),
+        is_put_off=numbers(classes),
+        pending=numbers(items),
+        pending_class=numbers(items),
         fired=numbers(items),
         marking=numbers(items),
         value=numbers(items),
         start=numbers(items),
         length=numbers(items),
         target=numbers(items),
+        origin=numbers(items),
         record=numbers(words),
     )
 

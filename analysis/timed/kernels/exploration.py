@@ -177,7 +177,7 @@ def explore_by_inclusion(net, known, work, batch, is_strong, is_stack, bits, top
         number = next_class(known, is_stack)
         if number < 0:
             return DONE
-        status = expand(net, known, work, batch, number, 1, is_strong, bits, top)
+        status = expand(net, known, work, batch, number, 1, True, False, is_strong, bits, top)
         if status == DONE:
             status = has_room(net, known, work, batch.control[ITEMS])
         if status != DONE:
@@ -208,11 +208,11 @@ def explore(net, known, work, batch, is_strong, keeps_edges, bits, top, most):  
         count = min(control[CLASSES] - first, end - first, BATCH)
         if count == 0:
             return DONE
-        status = expand(net, known, work, batch, first, count, is_strong, bits, top)
+        status = expand(net, known, work, batch, first, count, True, False, is_strong, bits, top)
         collected = batch.control[COLLECTED]
-        look_up(known, batch, batch.last_item[collected])
+        look_up(known, batch, batch.last_item[collected - 1] if collected else 0)
         for k in range(collected):
-            item, last = batch.last_item[k], batch.last_item[k + 1]
+            item, last = batch.first_item[k], batch.last_item[k]
             room = has_room(net, known, work, last - item)
             if room != DONE:
                 return room

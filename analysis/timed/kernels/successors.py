@@ -40,9 +40,9 @@ from dineros.analysis.timed.kernels.records import (
 
 (DONE, GOES_ON, WANTS_TABLE, WANTS_ROOM, WANTS_CLOCKS, WANTS_BATCH, TOO_MANY_TOKENS) = range(7)
 
-ITEMS, WORDS, COLLECTED = range(3)
-"""What is counted of a batch: records, their elements, classes."""
-BATCH_CONTROL = 3
+ITEMS, WORDS, COLLECTED, PENDING = range(4)
+"""What is counted of a batch: records, their elements, classes, firings whose next marking is not known."""
+BATCH_CONTROL = 4
 
 MOST_TOKENS = 1 << 30
 LOAD = 0.6
@@ -78,17 +78,27 @@ def has_room(net, known, work, firings):  # type: ignore[no-untyped-def]
 
 
 @kernel()
-def expand(net, known, work, batch, first, most, is_strong, bits, top):  # type: ignore[no-untyped-def]
+def expand(net, known, work, batch, first, most, may_fire, is_second, is_strong, bits, top):  # type: ignore[no-untyped-def]
     """Write the successors of at most so many classes, of each all or none; return what the next one lacks.
 
-    All is in one loop: a call of a kernel that gets all tables takes as long as a firing.
+    With `may_fire`, new markings are stored. Without it, only the batch is written: a class from which a
+    transition fires for the first time in its marking is put off, and the firing is pending. The second call
+    expands the classes that were put off. All is in one loop: a call of a kernel that gets all tables takes
+    as long as a firing.
     """
     control = batch.control
-    control[ITEMS], control[WORDS], control[COLLECTED] = 0, 0, 0
+    if not is_second:
+        control[ITEMS], control[WORDS], control[PENDING] = 0, 0, 0
+    control[COLLECTED] = 0
     before = work.elapsed if is_strong else work.matrix
     longest = longest_record(work)
-    item, word = 0, 0
+    item, word = control[ITEMS], control[WORDS]
     for number in range(first, first + most):
+        place = number - first
+        if is_second and not batch.is_put_off[place]:
+            control[COLLECTED] += 1
+            continue
+        item_before, word_before, is_put_off = item, word, False
         row = known.class_marking[number]
         clocks = known.clocks[row]
         start, end = known.enabled_start[row], known.enabled_start[row + 1]
@@ -96,6 +106,8 @@ def expand(net, known, work, batch, first, most, is_strong, bits, top):  # type:
         if status != DONE:
             return status
         if item + end - start > batch.fired.size or word + (end - start) * longest > batch.record.size:
+            return WANTS_BATCH
+        if control[PENDING] + end - start > batch.pending.size:
             return WANTS_BATCH
         decode(known.codes, known.record_start[number], clocks, work.matrix, bits, top)
         if is_strong:
@@ -115,6 +127,13 @@ def expand(net, known, work, batch, first, most, is_strong, bits, top):  # type:
                 if clock and plus(before[clock, 0], net.lower[fired]) < ZERO:
                     continue
             elif not can_fire_first(work.matrix, clocks, clock):
+                continue
+            if known.next_marking[at] == UNKNOWN and not may_fire:
+                batch.pending[control[PENDING]] = at
+                batch.pending_class[control[PENDING]] = place
+                control[PENDING] += 1
+                is_put_off = True
+            if is_put_off:
                 continue
             if known.next_marking[at] == UNKNOWN:
                 for arc in range(net.put_start[fired], net.put_start[fired + 1]):
@@ -152,9 +171,13 @@ def expand(net, known, work, batch, first, most, is_strong, bits, top):  # type:
             batch.length[item] = length
             item += 1
             word += length
-        control[ITEMS] = item
+        if is_put_off:
+            item, word = item_before, word_before
+        batch.is_put_off[place] = is_put_off
+        batch.first_item[place] = item_before
+        batch.last_item[place] = item
+        control[ITEMS], control[WORDS] = item, word
         control[COLLECTED] += 1
-        batch.last_item[control[COLLECTED]] = item
     return DONE
 
 

@@ -17,7 +17,7 @@ from dineros.analysis.timed.search import ClassSearch
 from tests.analysis.timed.time_nets import RandomNet, random_net
 
 TIMES = int(os.environ.get("DINEROS_EXAMPLES", "1"))
-MOST = 2_000
+SMALL_BUDGET = Budget(3 << 20, states=2_000)
 
 
 def beside(one: RandomNet, other: RandomNet) -> RandomNet:
@@ -49,9 +49,19 @@ def drawn(seed: int) -> TimedNet:
     return beside(one, other).net
 
 
-def found(net: TimedNet, kind: Kind) -> tuple[object, ...] | None:
-    """Return all that a search finds, None if that is too much."""
-    made = ClassSearch(net, kind, Budget(3 << 20, states=MOST), keeps_edges=True, keeps_parents=True)
+def found(
+    net: TimedNet, kind: Kind, workers: int = 1, budget: Budget = SMALL_BUDGET
+) -> tuple[object, ...] | None:
+    """Return all that a search finds, by threads from the first class on; None if that is too much."""
+    made = ClassSearch(
+        net,
+        kind,
+        budget,
+        keeps_edges=True,
+        keeps_parents=True,
+        workers=workers,
+        least_for_threads=0,
+    )
     made.run()
     if made.reason is not None:
         return None

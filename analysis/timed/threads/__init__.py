@@ -1,0 +1,1 @@
+"""Threads that search through state classes together."""
