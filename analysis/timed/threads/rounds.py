@@ -23,6 +23,8 @@ PART, PARTS = 256, 32
 LEAST = 4 * PART
 """Classes of a round at least: one thread expands fewer as quickly."""
 FIRST_SEEN = 1 << 12
+FIRST_ITEMS, FIRST_WORDS = 1 << 10, 1 << 15
+"""Room of a part for records and their elements. More room lies in more pages of memory, which cost time."""
 
 
 def processors() -> int:
@@ -68,6 +70,8 @@ class Rounds:
         self._enlarge, self._matrices = enlarge, matrices
         self._pool: ThreadPoolExecutor | None = None
         self._batches: Batch | None = None
+        self._items, self._words = FIRST_ITEMS, FIRST_WORDS
+        self._most = FIRST_ITEMS, FIRST_WORDS
         self._works: list[Work] = []
         self._seen = [np.zeros(FIRST_SEEN, dtype=np.int64) for _ in range(workers)]
         self._turn = np.zeros(1, dtype=np.int64)
@@ -88,18 +92,24 @@ class Rounds:
         """
         if known.control[CLASSES] < self._least:
             return False
-        if self._batches is None or self._batches.record.shape[1] != batch.record.size:
-            self._batches = batch_for(PART, batch.fired.size, batch.record.size, PARTS)
+        self._most = batch.fired.size, batch.record.size
         if not self._works or self._works[0] is not work:
             clocks = len(work.low) - 1
             self._works = [work, *(self._matrices(clocks) for _ in range(1, self._workers))]
         ends, left = time.perf_counter() + seconds, most
         while left > 0 and time.perf_counter() < ends:
-            done, known = self._round(known, self._batches, left)
+            done, known = self._round(known, self._room_for_parts(), left)
             if done == 0:
                 break
             left -= done
         return left < most
+
+    def _room_for_parts(self) -> Batch:
+        """Return the batches of all parts, larger ones after a part has lacked room."""
+        sizes = min(self._items, self._most[0]), min(self._words, self._most[1])
+        if self._batches is None or (self._batches.fired.shape[1], self._batches.record.shape[1]) != sizes:
+            self._batches = batch_for(PART, *sizes, PARTS)
+        return self._batches
 
     def _round(self, known: Known, batches: Batch, most: int) -> tuple[int, Known]:
         """Expand at most so many classes; return how many, and what is known."""
@@ -107,6 +117,7 @@ class Rounds:
         count = min(int(known.control[CLASSES] - known.control[NEXT]), most, PART * PARTS)
         if count < min(LEAST, max(self._least, 1)):
             return 0, known
+        wanted = count
 
         def expand(me: int, is_second: bool) -> None:
             kernels.expand_parts(net, known, works[me], batches, turn, count, is_second, *how)
@@ -115,6 +126,8 @@ class Rounds:
         count = int(kernels.fire_pending(net, known, works[0], batches, count))
         self._together(lambda me: expand(me, True))
         count, items = (int(n) for n in kernels.expanded(batches, count))
+        if count < wanted and self._items < self._most[0]:
+            self._items, self._words = 2 * self._items, 2 * self._words
         if count == 0:
             return 0, known
         known = self._with_room(known, items)

@@ -58,6 +58,9 @@ def test_random_nets(monkeypatch: pytest.MonkeyPatch, done: Counter[str]) -> Non
                 patch.setattr(rounds, "PART", 1 + seed % 7)
                 patch.setattr(rounds, "PARTS", 1 + seed % 5)
                 patch.setattr(search, "ALONE", 1 + seed % 4)
+                if seed % 4 == 1:  # parts soon lack room
+                    patch.setattr(rounds, "FIRST_ITEMS", 4)
+                    patch.setattr(rounds, "FIRST_WORDS", 1 << 9)
                 if seed % 3 == 0:  # room for few records
                     patch.setattr(search, "FIRST_ITEMS", 1 + seed % 40)
                     patch.setattr(search, "FIRST_WORDS", 1)
