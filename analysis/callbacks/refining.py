@@ -17,11 +17,12 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
 
-from dineros.analysis.answers.budget import Budget, BudgetExceededError
+from dineros.analysis.answers.budget import RAN_OUT, Budget, BudgetExceededError
 from dineros.analysis.callbacks.blocking import without
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.witness import last_marking
-from dineros.analysis.parts.part import TOO_LARGE, GrowingPart, Whole
+from dineros.analysis.parts.part import PARTS_TOO_LARGE, TOO_LARGE, GrowingPart, Whole
+from dineros.analysis.symbolic.saturation import DiagramMemoryError
 
 ROUNDS = 80
 """Parts that are tried for each callback."""
@@ -35,6 +36,9 @@ KEPT = 3
 
 NEAR_SHARE = 0.5
 """Part of the time of a callback in which it begins with such a part."""
+
+NO_BOUND = "it depends on places without a proved bound"
+"""Why it is not known whether a callback ends, if no part of the net can have the places that decide it."""
 
 Running = tuple[int, ...]
 """Places of which one is marked from the beginning of a callback to its end."""
@@ -52,11 +56,20 @@ class Ending:
         Transitions of the net that lead to where it never ends.
     is_limited : bool
         Whether it is not known because a limit of time or work was exceeded.
+    reason : str
+        Why it is not known; empty if it is.
     """
 
     status: Literal["ends", "waits", "unknown"]
     trace: tuple[int, ...] = ()
     is_limited: bool = False
+    reason: str = ""
+
+
+def why_unknown(endings: Iterable[Ending]) -> str:
+    """Return why some endings are not known: a limit of time or memory first, as more of it may help."""
+    reasons = [each.reason for each in endings if each.status == "unknown"]
+    return next((limit for limit in RAN_OUT.values() if limit in reasons), reasons[0] if reasons else "")
 
 
 class Endings:
@@ -105,7 +118,7 @@ class Endings:
         """
         whole = self._whole
         if not set(running) <= whole.free.keys():
-            return Ending("unknown")
+            return Ending("unknown", reason=NO_BOUND)
         places = self._places.setdefault(running, whole.grown(running))
         found = self._grown(running, places, budget, work, rounds=1)
         near = next((each for each in self._kept if each.issuperset(running)), None)
@@ -117,7 +130,7 @@ class Endings:
                 found = None
         if found is None:
             found = self._grown(running, places, budget, work)
-        return found or Ending("unknown")
+        return found or Ending("unknown", reason=PARTS_TOO_LARGE)
 
     def _grown(
         self, running: Running, places: set[int], budget: Budget, work: int, rounds: int = ROUNDS
@@ -137,12 +150,15 @@ class Endings:
                     return Ending("waits", part.trace)
                 known = whole.grown(whole.free.keys() & more) - places
                 if not known:
-                    return Ending("unknown")
+                    return Ending("unknown", reason=NO_BOUND)
                 places |= known
-        except BudgetExceededError:
-            return Ending("unknown", is_limited=True)
+        except BudgetExceededError as limit:
+            reason = RAN_OUT["time"] if budget.is_over else str(limit)
+            return Ending("unknown", is_limited=True, reason=reason)
+        except DiagramMemoryError:
+            return Ending("unknown", reason=RAN_OUT["memory"])
         except TOO_LARGE:
-            return Ending("unknown")
+            return Ending("unknown", reason=PARTS_TOO_LARGE)
         return None
 
 

@@ -13,7 +13,7 @@ from random import Random
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.callbacks.blocking import Blocked
 from dineros.analysis.callbacks.circles import Circle
-from dineros.analysis.callbacks.refining import Endings
+from dineros.analysis.callbacks.refining import Endings, why_unknown
 from dineros.analysis.callbacks.waiting import Callback, Waiting
 from dineros.analysis.callbacks.walking import Walks
 from dineros.analysis.nets.compiled import CompiledNet
@@ -23,8 +23,6 @@ ENDINGS_SHARE = 0.7
 
 CLOSED = 4
 """Runs from where a callback never ends: another may close another circle."""
-
-TOO_LARGE = "the relevant parts of the net are too large"
 
 OWN_SECONDS = 5.0
 """Seconds of runs that look for a circle of their own, of callbacks that wait for others."""
@@ -92,7 +90,7 @@ def searched(
         found += walks.found(budget)
     elif _unnamed(waits, found):  # it may also wait for itself, not only for a circle of others
         found += walks.found(budget.at_most(OWN_SECONDS))
-    reason = TOO_LARGE if left else ""
+    reason = why_unknown(endings.values())
     is_settled = not left
     if not left and (others := _unnamed(waits, found)):
         is_settled = any(blocked.circle is not None for blocked in found)  # they may wait for that one

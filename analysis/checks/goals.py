@@ -154,8 +154,7 @@ class Goals(Question):
         before : int
             Number of findings and open questions before the first question about goals.
         """
-        from dineros.analysis.callbacks.refining import Endings
-        from dineros.analysis.callbacks.searching import TOO_LARGE
+        from dineros.analysis.callbacks.refining import Endings, why_unknown
 
         asks = "whether goals can wait forever"
         if checked.subject.is_timed:
@@ -168,7 +167,7 @@ class Goals(Question):
         endings = Endings(checked.subject.net).of_all(waits, checked.budget.share(HANGS_SHARE))
         hangs = [self._hangs_in_parts(checked, client, endings) for client in clients]
         if None in hangs:
-            checked.leave_open(asks, checked.why_open or TOO_LARGE)
+            checked.leave_open(asks, why_unknown(endings.values()))
         elif not any(hangs):
             self._prove_ends(checked, clients)
             is_on_time = all(can_fire(checked, client.late) is False for client in clients)

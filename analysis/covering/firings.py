@@ -66,7 +66,7 @@ class Firings:
     reason : str
         Why the search for all markings ended.
     is_late : bool
-        Whether no time was left for the later stages.
+        Whether a later stage had too little time, or none.
     net : CompiledNet or None
         The net.
     """
@@ -141,7 +141,7 @@ def firings(
     search.make_tree()
     search.look_back()
     search.look_far(MOST_MARKINGS)
-    search.found.is_late = search.budget.is_over
+    search.found.is_late |= search.budget.is_over
     return search.found
 
 
@@ -211,7 +211,9 @@ class _FiringSearch:
     def make_tree(self) -> None:
         """Prove transitions dead by the tree of Karp and Miller."""
         if self._open and not self.budget.is_over:
-            tree = self.found.tree = tree_of(self.small.net, self.budget.share(0.5))
+            share = self.budget.share(0.5)
+            tree = self.found.tree = tree_of(self.small.net, share)
+            self.found.is_late |= share.is_over
             self.found.dead |= {t for t in self._open if tree.dead.issuperset(self.images[t])}
 
     def look_far(self, most: int) -> None:
@@ -235,6 +237,7 @@ class _FiringSearch:
             for image in self.images[t]:
                 trace, is_complete = way_to(image, share)
                 ends = ends and is_complete
+                self.found.is_late |= not is_complete and share.is_over
                 if trace is not None:
                     self.found.note(t, self._back(trace[:-1], t))
                     break

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import cached_property
 
-from dineros.analysis.answers.budget import Budget, BudgetExceededError
+from dineros.analysis.answers.budget import RAN_OUT, Budget, BudgetExceededError
 from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
 from dineros.analysis.nets.bounds import Bound, FlowsAndBounds, flows_and_bounds
 from dineros.analysis.nets.compiled import CompiledNet
@@ -25,6 +25,8 @@ from dineros.analysis.symbolic.saturation import DiagramMemoryError
 
 TOO_LARGE = (BudgetExceededError, LevelSizeError, UnknownBoundError, DiagramMemoryError)
 """Errors that end the work on a part: it is too large for the budget."""
+
+PARTS_TOO_LARGE = "the relevant parts of the net are too large"
 
 MOST_TOGETHER = 40
 """Largest number of places of a semiflow that are added together."""
@@ -143,11 +145,11 @@ class GrowingPart:
 
         def stop(work: int) -> None:
             if work > most_work:
-                raise BudgetExceededError("a part of the net is too large")
+                raise BudgetExceededError(PARTS_TOO_LARGE)
 
         self.space = symbolic_state_space(self.net, budget, between=stop, facts=self._facts(order))
         if not self.space.complete:
-            raise BudgetExceededError(self.space.reason)
+            raise BudgetExceededError(RAN_OUT[self.space.reason])
         self.sets = SymbolicSets(self.space, budget=budget)
 
     def _facts(self, order: Sequence[int]) -> FlowsAndBounds:

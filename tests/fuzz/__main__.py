@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import faulthandler
+import gc
 import json
 import os
 import subprocess
@@ -27,6 +28,9 @@ FAULTS = Path("build/fuzz")
 WALL_SECONDS = 300
 """After so much time an input counts as one that hangs, whatever the process waits for."""
 
+BETWEEN_COLLECTIONS = 20
+"""Inputs between two collections of garbage: commands put them off, as their process usually ends before."""
+
 
 def work(name: str, inputs: int, seed: int, first: int) -> None:
     """Try the inputs of one kind; print a line of JSON for each."""
@@ -35,6 +39,8 @@ def work(name: str, inputs: int, seed: int, first: int) -> None:
     os.dup2(2, 1)
     with _prepared(name) as (originals, attempt, folder):
         for number in range(first, inputs):
+            if number % BETWEEN_COLLECTIONS == 0:
+                gc.collect()
             content = kind.input(originals, name, seed, number)
             (folder / "current").write_bytes(content)
             print(json.dumps({"number": number}), file=results, flush=True)
@@ -54,6 +60,7 @@ def replay(name: str, path: Path) -> int:
 
 @contextlib.contextmanager
 def _prepared(name: str) -> Any:
+    gc.collect()
     with tempfile.TemporaryDirectory(prefix="dineros-fuzz-") as place:
         folder = Path(place)
         os.environ["XDG_STATE_HOME"] = str(folder / "state")

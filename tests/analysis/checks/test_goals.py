@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 from hypothesis import HealthCheck, assume, given, settings
 
-from dineros.analysis.answers.budget import UNLIMITED
+from dineros.analysis.answers.budget import UNLIMITED, Budget, BudgetExceededError
+from dineros.analysis.callbacks import refining
 from dineros.analysis.checks.boundedness import Boundedness
 from dineros.analysis.checks.check import check
 from dineros.analysis.checks.goals import Goals
@@ -14,7 +15,9 @@ from dineros.analysis.checks.ways import overtaking
 from dineros.analysis.logic.verdicts.verdict import moves
 from dineros.analysis.model.subject import base_subject
 from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.parts.part import PARTS_TOO_LARGE
 from dineros.analysis.questions.held_back import held_back
+from dineros.analysis.symbolic.saturation import DiagramMemoryError
 from dineros.analysis.witnesses.findings import Finding, Report
 from dineros.metamodel import pn, sym
 from dineros.metamodel.build import callback, flow, here, node_net, place, step
@@ -292,6 +295,36 @@ def test_markings_without_end() -> None:
     ends = [text for text in expected.proved if "can be over" in text]
     assert ends and [text for text in report.proved if "can be over" in text] == ends
     assert not [each for each in report.unknown if "goals can wait forever" in str(each)]
+
+
+@pytest.mark.parametrize(
+    ("seconds", "error", "reason"),
+    [
+        (-1.0, None, "time ran out"),
+        (60.0, DiagramMemoryError(), "memory ran out"),
+        (60.0, BudgetExceededError(PARTS_TOO_LARGE), PARTS_TOO_LARGE),
+    ],
+    ids=["time", "memory", "size"],
+)
+def test_why_it_is_not_known_whether_goals_wait(
+    monkeypatch: pytest.MonkeyPatch, seconds: float, error: Exception | None, reason: str
+) -> None:
+    """A limit of what the parts may take is the reason, not that of the search for all markings."""
+    model, of_all = deliveries(), refining.Endings.of_all
+    office = find(model, "office0", sym.NodeNet)
+    flow(sym.Transition(id="Tick", page=office), sym.Place(id="Count", page=office))
+
+    def refuse(*_: object) -> None:
+        assert error is not None
+        raise error
+
+    if error is not None:
+        monkeypatch.setattr(refining, "_RefinedPart", refuse)
+    monkeypatch.setattr(
+        refining.Endings, "of_all", lambda self, places, _: of_all(self, places, Budget(seconds=seconds))
+    )
+    (left,) = (each for each in asked(model).unknown if each.question == "whether goals can wait forever")
+    assert left.reason == reason
 
 
 def halting(*, waits: bool) -> sym.SystemModel:

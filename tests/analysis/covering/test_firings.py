@@ -9,6 +9,7 @@ from hypothesis import given, settings
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.covering import firings as stages
+from dineros.analysis.covering.backward import Backward
 from dineros.analysis.covering.directed import Directed
 from dineros.analysis.covering.distance import CoveringPrograms
 from dineros.analysis.covering.firings import Firings, firings
@@ -153,3 +154,22 @@ def test_what_is_open_for_want_of_time_says_so() -> None:
     assert unbounded.why_open == "there are infinitely many markings, and time ran out"
     assert Firings(reason="time", is_late=True).why_open == Firings(is_late=True).why_open == "time ran out"
     assert Firings().why_open == ""
+
+
+def test_what_its_share_of_the_time_ends_is_open_for_want_of_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The whole time is not over then: each search takes a part of what is left."""
+
+    def way_to(search: object, transition: int, share: Budget, most: int = 0) -> tuple[None, bool]:
+        while not share.is_over:
+            pass
+        return None, False
+
+    for engine in (Directed, Backward):
+        monkeypatch.setattr(engine, "way_to", way_to)
+    net = CompiledNet.build(
+        {"a": 0, "b": 0}, [Transition("grow", {}, {"a": 1, "b": 1}), Transition("t", {"b": 1}, {})]
+    )
+    found = firings(
+        net, Budget(seconds=0.5), [1], asks_deadlock=False, known=Firings(reason="states", net=net)
+    )
+    assert found.is_open(1) and found.why_open == "there are too many markings, and time ran out"
