@@ -18,6 +18,7 @@ from dineros.cli.running.announcing import Announcer
 from dineros.cli.running.watching import Ending, RosOptions, Wanted, observe_all, watch
 from dineros.metamodel.clauses import setting_text
 from dineros.metamodel.files import save
+from dineros.metamodel.files.locking import held
 from dineros.metamodel.files.reading import open_plain
 from dineros.runtime.application.observer import FolderObserver
 from dineros.runtime.application.remote import RemoteNode
@@ -111,7 +112,7 @@ def _workspace_processes(workspace: Path) -> tuple[Commands, dict[str, str]]:
     from dineros.generators.workspace.building import build_interfaces, environment, manifest_of
 
     manifest = manifest_of(workspace)
-    with working("Building the interfaces"):
+    with working("Building the interfaces"), held(workspace):
         build_interfaces(workspace)
     config = workspace.resolve() / "src" / manifest.bringup / "config"
     commands: Commands = []
@@ -135,8 +136,12 @@ def _model_processes(
     from dineros.generators.workspace.building import build_interfaces, environment
 
     workspace = cache_folder() / "workspaces" / system.id
-    generate(system, workspace, Options(source=application.source.name))
-    with working("Building the interfaces"):
+    workspace.mkdir(parents=True, exist_ok=True)
+    with (
+        working("Building the interfaces"),
+        held(workspace),
+    ):  # other nodes of the model may start in another run
+        generate(system, workspace, Options(source=application.source.name))
         build_interfaces(workspace)
     expected = _expected(system)
     commands: Commands = []

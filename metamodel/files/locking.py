@@ -1,9 +1,11 @@
-"""A file that one process at a time has open to write: locked, and still known by its name."""
+"""Files and folders that one process at a time works on: locked, a file still known by its name."""
 
 from __future__ import annotations
 
 import fcntl
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from dineros.metamodel.files.reading import open_plain
@@ -56,3 +58,25 @@ def open_locked(path: Path, flags: int, mode: int = 0o666) -> int | None:
             raise
         os.close(file)
     return None
+
+
+@contextmanager
+def held(folder: Path) -> Iterator[None]:
+    """Keep other processes that hold the same folder out of this block: they wait for its end (flock(2)).
+
+    Parameters
+    ----------
+    folder : Path
+        The folder, which is not removed meanwhile.
+
+    Raises
+    ------
+    OSError
+        The folder cannot be opened.
+    """
+    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(descriptor)

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import fcntl
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
+from dineros.cli.running import ros
+from dineros.cli.running.applications import application_of
+from dineros.generators import Options, generate
+from dineros.generators.workspace import building
 from dineros.metamodel.files import save
 from tests.cli.conftest import Run
 from tests.support.programs.commands import is_one_line_of_wrong_use
@@ -77,3 +83,30 @@ def test_a_generated_node_runs_beside_one_that_exists(tmp_path: Path) -> None:
         done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "heard").read_text() == "3"
+
+
+@pytest.mark.parametrize("is_generated", [False, True])
+def test_two_runs_of_a_model_build_its_interfaces_one_after_the_other(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, is_generated: bool
+) -> None:
+    """One run has a part of the nodes and another run the rest, started together for the first time."""
+    held_by: list[Path] = []
+
+    def build(workspace: Path) -> None:
+        descriptor = os.open(workspace, os.O_RDONLY)
+        with pytest.raises(BlockingIOError):
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        os.close(descriptor)
+        held_by.append(workspace)
+
+    monkeypatch.setattr(building, "build_interfaces", build)
+    monkeypatch.setattr(building, "environment", lambda _: {})
+    monkeypatch.setattr(ros, "cache_folder", lambda: tmp_path)
+    if is_generated:
+        generate(talker(), tmp_path / "ws", Options(source="talker.sym.xmi"))
+        ros._workspace_processes(tmp_path / "ws")
+    else:
+        save(talker(), tmp_path / "talker.sym.xmi")
+        application = application_of(tmp_path / "talker.sym.xmi", [], None)
+        ros._model_processes(application, application.system_model(), tmp_path / "run")
+    assert len(held_by) == 1
