@@ -23,6 +23,7 @@ from dineros.metamodel.files.reading import open_plain
 from dineros.runtime.application.observer import FolderObserver
 from dineros.runtime.application.remote import RemoteNode
 from dineros.runtime.application.supervisor import (
+    CANNOT_START,
     ProcessEvent,
     ProcessPlan,
     RestartPolicy,
@@ -224,7 +225,7 @@ def _run_processes(
     descriptor = open_plain(folder / SUPERVISOR_LOG, flags, follow_links=False)
     with os.fdopen(descriptor, "a", encoding="utf-8") as log:
         announcer = Announcer(nodes, variables, folder / "announcer.log")
-        tell = _teller(log, announcer, remotes)
+        tell = _teller(log, announcer, remotes, observer)
         supervisor = Supervisor(plans, RestartPolicy(restarts=options.restarts), tell)
         try:
             with supervisor:
@@ -240,7 +241,7 @@ def _run_processes(
 
 
 def _teller(
-    log: TextIO, announcer: Announcer, remotes: Mapping[str, RemoteNode]
+    log: TextIO, announcer: Announcer, remotes: Mapping[str, RemoteNode], observer: FolderObserver
 ) -> Callable[[ProcessEvent], None]:
     """Return a function that stores events, and prints the important ones."""
 
@@ -251,6 +252,8 @@ def _teller(
         if event.name in remotes:
             remotes[event.name].tell(event)
         if event.event == "failed":
+            if event.status == CANNOT_START:
+                observer.refused.add(event.name)
             warn(
                 f"{event.name} ended with {status_text(event.status)}{': ' if event.said else ''}{event.said}"
             )

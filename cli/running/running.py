@@ -54,8 +54,8 @@ class Outcome:
 
     @property
     def missing(self) -> list[str]:
-        """Ids of the nodes that did not start; empty if the run was interrupted before any did."""
-        started = self.observer.started
+        """Ids of the nodes that did not come up; empty if the run was interrupted before any did."""
+        started = self.observer.came_up
         if self.ending == "interrupted" and not started:
             return []
         return [id for model in self.application.models if (id := str(model.node.id)) not in started]

@@ -31,13 +31,19 @@ class Observer:
     restarts : int
         Number of restarts, reported by the supervisor: a node that never began has no trace.
     started : set of str
-        Nodes that have started.
+        Nodes that have recorded their first marking.
+    acted : set of str
+        Nodes that have recorded a step.
+    refused : set of str
+        Nodes with a process that could not start, reported by the supervisor.
     halted : dict of str to str
         Nodes halted by a failure, with the failure.
     """
 
     def __init__(self) -> None:
         self.started: set[str] = set()
+        self.acted: set[str] = set()
+        self.refused: set[str] = set()
         self.halted: dict[str, str] = {}
         self.marking: dict[str, int] = {}
         self.signals: dict[str, SignalSetting] = {}
@@ -50,6 +56,7 @@ class Observer:
             if isinstance(record, Start):  # a checkpoint, too
                 self._begin(record)
             elif isinstance(record, Step):
+                self.acted.add(record.node or "")
                 for place, change in record.change.items():
                     self.marking[place] = self.marking.get(place, 0) + change
                     self._places.setdefault(record.node or "", set()).add(place)
@@ -63,6 +70,11 @@ class Observer:
                 self.errors += 1
                 if record.policy == "halt":
                     self.halted.setdefault(record.node or "", record.error)
+
+    @property
+    def came_up(self) -> set[str]:
+        """Nodes that came up; the first marking alone does not show it: ROS may refuse what comes after."""
+        return self.started - (self.refused - self.acted)
 
     def _begin(self, record: Start) -> None:
         """Replace the known state of a node by the state in this record."""

@@ -9,10 +9,12 @@ from typing import Any
 
 import pytest
 
+from dineros.cli.running import ros
 from dineros.cli.running.running import Outcome
 from dineros.cli.running.watching import Options
-from dineros.metamodel.records import Checkpoint, Error, Start
+from dineros.metamodel.records import Checkpoint, Error, Fire, Start
 from dineros.runtime.application.observer import Observer
+from dineros.runtime.application.supervisor import ProcessEvent
 from tests.cli.conftest import Run
 
 HANDLERS = """
@@ -82,3 +84,23 @@ def test_a_node_that_goes_on_from_a_checkpoint_has_come_up() -> None:
     observer = Observer()
     observer.see([Checkpoint(sequence=0, node=node) for node in ("talker", "listener")])
     assert outcome("timeout", observer).status == 0
+
+
+@pytest.mark.parametrize("has_acted", [False, True])
+def test_a_node_whose_process_cannot_start_has_not_come_up(has_acted: bool) -> None:
+    """It records its first marking before it has what ROS lacks; one that acted before only failed later."""
+    observer = seen("talker", "listener")
+    observer.refused.add("listener")
+    if has_acted:
+        observer.see([Fire(sequence=1, node="listener", transition="Listen", change={"Heard": -1})])
+    assert outcome("timeout", observer).missing == ([] if has_acted else ["listener"])
+    assert outcome("timeout", observer).status == (0 if has_acted else 2)
+
+
+def test_the_supervisor_reports_which_processes_cannot_start(tmp_path: Path) -> None:
+    observer, announcer = Observer(), SimpleNamespace(tell=lambda _: None)
+    with (tmp_path / "log").open("w") as log:
+        tell = ros._teller(log, announcer, {}, observer)  # type: ignore[arg-type]
+        for name, status in (("talker", 2), ("listener", 1)):
+            tell(ProcessEvent(0.0, name, "failed", 1, status))
+    assert observer.refused == {"talker"}
