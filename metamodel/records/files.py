@@ -140,7 +140,9 @@ def traces_of_runs(paths: Iterable[Path]) -> dict[str, list[Path]]:
     for path in paths:
         found = [part for parts in node_traces(path).values() for part in parts] if path.is_dir() else [path]
         if not found:
-            raise RecordError("holds no trace", location=Location(path))
+            is_recording = (path / "metadata.yaml").is_file()
+            hint = "this is a recording of rosbag2: give it with --bag" if is_recording else ""
+            raise RecordError("holds no trace", location=Location(path), hint=hint)
         files += found
     starts: dict[str, dict[int, Path]] = {}
     for file in dict.fromkeys(files):

@@ -258,6 +258,9 @@ class TestWrongUse:
             ([traces, double], "double.jsonl:1: begins at record 0 of node 'talker', as "),
         ):
             assert is_one_line_of_wrong_use(run("conform", model, *given), says)
+        (empty / "metadata.yaml").write_text("rosbag2_bagfile_information: {}\n")
+        words = "empty: holds no trace (this is a recording of rosbag2: give it with --bag)"
+        assert is_one_line_of_wrong_use(run("conform", model, empty), words)
         result = run("conform", model)
         assert result.exit_code == 2
 
