@@ -25,10 +25,11 @@ from dineros.analysis.timed.timed_subject import TimedSubject, timed_base_subjec
 from dineros.metamodel import sym
 from dineros.metamodel.callbacks.bodies import Body
 from dineros.metamodel.callbacks.groups import runs_callbacks
-from dineros.metamodel.elements import channels, label, node_net_of
+from dineros.metamodel.elements import channels, label, node_net_of, node_nets
 from dineros.metamodel.errors import DinerosError, near_matches
 from dineros.metamodel.guards.using import require_no_guards
 from dineros.metamodel.times.given import duration_of, latency_between, require_known, says_times, waits
+from dineros.metamodel.times.orders import is_ignored
 from dineros.metamodel.times.overlaps import runs_overlapping
 from dineros.metamodel.times.rates import on_the_way
 
@@ -189,6 +190,8 @@ class Latencies:
         )
         # Latencies of actions begin again when a thread is not free (rule D11).
         self._is_exact &= not channels(model, sym.ActionChannel)
+        # Other orders than those of an executor may take longer.
+        self._is_exact &= not any(is_ignored(node) for node in node_nets(model))
 
     @property
     def model(self) -> sym.SystemModel:

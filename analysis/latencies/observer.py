@@ -10,8 +10,8 @@ order in which they were sent. A full history forgets its oldest message.
 
 To measure how old data is, the observer continues until the next output replaces that of the instance. To
 measure how fast a chain reacts, it starts the clock at a release and follows the next one: what happens just
-after a release is in that one. There, a message that is displaced leaves its place to the next one, which
-is newer.
+after a release is in that one. There, a message that is displaced leaves its place to the next one, if what
+displaces it is always newer data of the chain.
 
 References
 ----------
@@ -44,7 +44,7 @@ from dineros.analysis.latencies.markers import (
     some,
 )
 from dineros.analysis.latencies.parts import Parts, Run
-from dineros.analysis.latencies.paths import Hop, Path, Way
+from dineros.analysis.latencies.paths import Hop, Path, Way, has_only_newer
 from dineros.analysis.latencies.sampling import NotFollowedError, displaced, place_of_value, require_steady
 from dineros.analysis.latencies.stores import Stored
 from dineros.analysis.timed.exploring import Explored
@@ -224,7 +224,7 @@ class Observer:
         first = self._start.plain if hop is None else Case(inhibit={arrived: 1})
         others = self._start.arms if hop is None else [Case(read={arrived: 1, received: 1})]
         lost = Case(take={waits: 1, WATCHING: 1, GO: 1}, put={LOST: 1}, inhibit={ahead: 1})
-        if self._asks == "reaction":
+        if self._next_is_newer(number):
             lost = Case(read={waits: 1}, inhibit={ahead: 1})
         most = self._most(queue.load)
         entrance = only(queue.entrances)
@@ -277,11 +277,15 @@ class Observer:
         place, marker = self._value(number, comes)
         lost = Case(take={marker: 1, WATCHING: 1, GO: 1}, put={LOST: 1})
         self._is_exact &= displaced(
-            self._net, self._parts, comes, place, marker, lost, self._asks == "reaction"
+            self._net, self._parts, comes, place, marker, lost, self._next_is_newer(number)
         )
         told_apart = {name for run in runs for name in (*run.moves, *self._runs.endings(run))}
         for run in runs:
             require_steady(self._net, self._explored, run, place, sorted(told_apart & self._net.cases.keys()))
+
+    def _next_is_newer(self, number: int) -> bool:
+        """Return whether a reaction shows in what displaces the data that comes to a callback, too."""
+        return self._asks == "reaction" and has_only_newer(self._path, number)
 
     def _value(self, number: int, stored: Stored) -> tuple[str, str]:
         """Return the place of a value that callback `number` reads, and the marker of that one."""

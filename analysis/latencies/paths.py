@@ -10,8 +10,9 @@ from typing import TypeAlias
 from dineros.analysis.latencies.stores import Stored, stored_values
 from dineros.metamodel import pn, sym
 from dineros.metamodel.callbacks.groups import callback_page_of, readers_of
-from dineros.metamodel.elements import arcs, channels, pages, resolve
+from dineros.metamodel.elements import arcs, channels, pages, resolve, system_model_of
 from dineros.metamodel.matching import are_matched
+from dineros.metamodel.times.overlaps import runs_overlapping
 
 MOST_PATHS = 16
 """Paths between two ends that are followed one by one."""
@@ -160,3 +161,48 @@ def _ended(path: Path, last: sym.CallbackPage | sym.TopicChannel, fillers: Fille
     for writer in last.publishers:
         if path.callbacks[-1] in fillers[resolve(writer.place)]:
             yield Path(path.callbacks, path.hops, path.reader, writer)
+
+
+def has_only_newer(path: Path, number: int) -> bool:
+    """Return whether all that comes to a callback of a path, on the path's way, is data of it in order.
+
+    Then what displaces the data of a release comes from a later release. Another publisher, another callback
+    that begins the same run, and runs that overlap and overtake each other break that.
+
+    Parameters
+    ----------
+    path
+        The path.
+    number
+        The callback, counted from 0.
+    """
+    way = path.before(number)
+    if way is None:
+        return True  # its release is one of the chain
+    if not isinstance(way, Hop):
+        return _runs_in_order(path, number - 1)
+    channel = way.writer.channel
+    if channel is None or len(channel.publishers) > 1:
+        return False
+    if number == 0:
+        return True  # each publication is a release
+    return _has_one_filler(way, path) and _runs_in_order(path, number - 1)
+
+
+def _runs_in_order(path: Path, number: int) -> bool:
+    """Return whether each run of a callback has data of the path, and runs end in their order."""
+    page = path.callbacks[number]
+    if runs_overlapping(page) > 1 or not has_only_newer(path, number):
+        return False
+    return not isinstance(path.before(number), Hop | None) or _has_one_beginning(page)
+
+
+def _has_one_filler(hop: Hop, path: Path) -> bool:
+    """Return whether one callback publishes by the publisher of a hop."""
+    model = system_model_of(path.callbacks[0])
+    return model is not None and len(pages_that_fill(model)[resolve(hop.writer.place)]) == 1
+
+
+def _has_one_beginning(page: sym.CallbackPage) -> bool:
+    readers = readers_of(page)
+    return not readers if page.kind == sym.CallbackKind.timer else len(readers) == 1

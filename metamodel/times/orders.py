@@ -7,12 +7,14 @@ that is ready can begin. Otherwise all orders are explored, which is safe.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Collection
 
 from dineros.metamodel import pn, pnm, sym
 from dineros.metamodel.callbacks.bodies import Body
 from dineros.metamodel.callbacks.groups import has_clients, readers_of, runs_callbacks, threads_of
-from dineros.metamodel.elements import nodes, resolve, system_model_of
+from dineros.metamodel.elements import arcs, nodes, resolve, system_model_of
+from dineros.metamodel.times.runs import places_of_ports
 
 _KINDS = (sym.CallbackKind.timer, sym.CallbackKind.subscriber)
 
@@ -24,6 +26,12 @@ def keeps_order(node: sym.NodeNet) -> bool:
     """
     callbacks = [each for each in node.eAllContents() if isinstance(each, sym.CallbackPage)]
     return node.order != sym.CallbackOrder.any and len(callbacks) > 1 and not why_any(node)
+
+
+def is_ignored(node: sym.NodeNet) -> bool:
+    """Return whether a node names an order, and all orders are explored."""
+    callbacks = [each for each in node.eAllContents() if isinstance(each, sym.CallbackPage)]
+    return node.order != sym.CallbackOrder.any and len(callbacks) > 1 and bool(why_any(node))
 
 
 def why_any(node: sym.NodeNet) -> str:
@@ -41,21 +49,21 @@ def why_any(node: sym.NodeNet) -> str:
     for page in (each for each in node.eAllContents() if isinstance(each, sym.CallbackPage)):
         if page.kind not in _KINDS:
             return f"{page.id} is called neither by a timer nor by messages"
-        if reason := _why_not_at_once(page, away):
+        if reason := _why_not_at_once(page, away, model):
             return reason
     if has_clients(node):
         return "it has clients of services or actions"
     return ""
 
 
-def _why_not_at_once(page: sym.CallbackPage, away: Collection[pn.Node | None]) -> str:
+def _why_not_at_once(page: sym.CallbackPage, away: Collection[pn.Node | None], model: sym.SystemModel) -> str:
     """Return why a callback that is ready may be unable to begin on a free thread; empty if it always can."""
     readers = readers_of(page)
     if page.kind == sym.CallbackKind.timer:
         if readers:
             return f"{page.id} is called by a timer and by messages"
         begins = Body(page).beginnings()
-        is_free = any(not each.incoming and getattr(each, "clause", None) is None for each in begins)
+        is_free = any(_is_always_enabled(each, model) for each in begins)
         return "" if is_free else f"{page.id} can begin only in some states"
     if len(readers) != 1:
         return f"{page.id} is not called by one subscription"
@@ -73,3 +81,31 @@ def _why_not_at_once(page: sym.CallbackPage, away: Collection[pn.Node | None]) -
         and place not in away
     )
     return "" if is_plain else f"what {page.id} holds of messages is not one at a time"
+
+
+def _is_always_enabled(transition: pn.Transition, model: sym.SystemModel) -> bool:
+    """Return whether a transition only needs places that are never empty while its thread is free."""
+    if getattr(transition, "clause", None) is not None:
+        return False
+    needs: Counter[pn.Place | pn.Transition] = Counter()
+    for each in transition.incoming:
+        if each.kind == pn.ArcKind.inhibitor:
+            return False
+        needs[resolve(each.source)] += each.weight
+    return all(_keeps(place, weight, model) for place, weight in needs.items())
+
+
+def _keeps(place: pn.Place | pn.Transition, weight: int, model: sym.SystemModel) -> bool:
+    """Return whether a place holds so many tokens at the start, and each transition puts back what it takes.
+
+    A callback may work between the two, but no other callback of the thread begins meanwhile.
+    """
+    if not isinstance(place, pn.Place) or place.tokens < weight or place in places_of_ports(model):
+        return False
+    left: Counter[pn.Place | pn.Transition] = Counter()
+    for each in arcs(model):
+        if resolve(each.source) is place and each.kind == pn.ArcKind.normal:
+            left[resolve(each.target)] -= each.weight
+        elif resolve(each.target) is place:
+            left[resolve(each.source)] += each.weight
+    return all(change >= 0 for change in left.values())

@@ -56,6 +56,8 @@ class _State(NamedTuple):
     """Runs: a callback, how long it works, what it works on; in an order that tells nothing."""
     results: tuple[frozenset[str], ...] = ()
     """By node with an order: callbacks that were ready when its thread looked, and are not taken yet."""
+    beside: Any = None
+    """What a program that measures more keeps beside."""
 
 
 TOLD = "!"
@@ -85,13 +87,18 @@ class Threads:
         self.callbacks |= {name + TOLD: self.callbacks[name] for name in self.open}
         self.timers = [each for each in system["callbacks"] if "period" in each]
         self.readers = [each for each in system["callbacks"] if "topic" in each]
+        self.publishers = {
+            each["name"]: [
+                (each["node"], step[-1]) for step in each["script"] if step[0] in ("publish", "open")
+            ]
+            for each in system["callbacks"]
+        }
+        """By callback: nodes and topics. Callbacks of a node share the publisher of a topic."""
         self.pairs = [
-            (writer["name"], number)
-            for writer in system["callbacks"]
-            for step in writer["script"]
-            if step[0] in ("publish", "open")
+            (publisher, number)
+            for publisher in dict.fromkeys(one for of in self.publishers.values() for one in of)
             for number, reader in enumerate(self.readers)
-            if reader["topic"] == step[-1]
+            if reader["topic"] == publisher[1]
         ]
         self.latency = [system["latency"][self.readers[number]["topic"]] for _, number in self.pairs]
         self.found = Followed({each["name"]: 0 for each in self.readers}, set(), set(), {}, {})
@@ -104,13 +111,7 @@ class Threads:
         TooManyStatesError
             There are more states than `most`.
         """
-        starts: list[tuple[int, ...]] = [()]
-        for timer in self.timers:
-            starts = [(*start, offset) for start in starts for offset in _offsets(timer)]
-        on_time = ((),) * len(self.timers)
-        none = (on_time, (None,) * len(self.timers), ((),) * len(self.readers), ((),) * len(self.pairs), ())
-        results = (frozenset[str](),) * len(self.ordered)
-        todo = [_State(start, *none, results) for start in starts]
+        todo = self._starts()
         known = set(todo)
         while todo:
             for after in self._successors(todo.pop()):
@@ -120,6 +121,15 @@ class Threads:
             if len(known) > most:
                 raise TooManyStatesError
         return self.found
+
+    def _starts(self) -> list[_State]:
+        starts: list[tuple[int, ...]] = [()]
+        for timer in self.timers:
+            starts = [(*start, offset) for start in starts for offset in _offsets(timer)]
+        on_time = ((),) * len(self.timers)
+        none = (on_time, (None,) * len(self.timers), ((),) * len(self.readers), ((),) * len(self.pairs), ())
+        results = (frozenset[str](),) * len(self.ordered)
+        return [_State(start, *none, results) for start in starts]
 
     def _successors(self, state: _State) -> Iterator[_State]:
         must = False
@@ -219,8 +229,8 @@ class Threads:
 
     def _publish(self, state: _State, name: str, data: Data) -> _State:
         flights = state.flights
-        for number, (writer, _) in enumerate(self.pairs):
-            if writer == name:
+        for number, (publisher, _) in enumerate(self.pairs):
+            if publisher in self.publishers[name.removesuffix(TOLD)]:
                 flights = _with(flights, number, (*flights[number], data._replace(age=0)))
         return state._replace(flights=flights)
 

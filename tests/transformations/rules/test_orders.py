@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from dineros.metamodel import pn, pnm, sym
-from dineros.metamodel.build import flow, place
+from dineros.metamodel.build import flow, here, place, read
 from dineros.metamodel.elements import channels, find, node_nets
-from dineros.metamodel.times.orders import keeps_order, why_any
+from dineros.metamodel.times.orders import is_ignored, keeps_order, why_any
 from dineros.transformations.flattening.flatten import flatten
 from tests.support.timed_systems.counted import COUNTED
 from tests.support.timed_systems.executors import Explorer, Facts
@@ -113,22 +113,31 @@ def test_all_orders_are_explored_where_something_else_decides_what_can_begin() -
                 node.lifecycle = sym.Lifecycle()
             case "words":
                 flow(place(page, "words", tokens=3), find(made, "tick.do", sym.Transition))
+            case "value" | "value that a test takes away":
+                value = place(node, "value", tokens=1)
+                read(here(value, page), find(made, "tick.do", sym.Transition))
+                if change != "value":
+                    flow(
+                        here(value, find(made, "log", sym.CallbackPage)), find(made, "log.do", sym.Transition)
+                    )
             case "in hand":
                 channel.subscribers[0].inHand = 2
             case "engine":
                 node.execution = sym.Execution.net
         return node
 
-    assert keeps_order(node_of("nothing"))
+    assert keeps_order(node_of("nothing")) and not is_ignored(node_of("nothing"))
+    assert keeps_order(node_of("value")), "it is always there"
     expected = {
         "threads": "several threads",
         "managed": "managed node",
         "words": "only in some states",
+        "value that a test takes away": "only in some states",
         "in hand": "one at a time",
         "engine": "does not run callbacks",
     }
     for change, reason in expected.items():
-        assert not keeps_order(node_of(change))
+        assert not keeps_order(node_of(change)) and is_ignored(node_of(change))
         assert reason in why_any(node_of(change))
 
 
