@@ -19,7 +19,7 @@ from dineros.analysis.latencies.answers import RELEASED, End, Everything, Latenc
 from dineros.analysis.latencies.measuring import Bound
 from dineros.analysis.latencies.paths import Hop, Path, callback_pages, paths_between, responses_of
 from dineros.metamodel import pn, sym
-from dineros.metamodel.callbacks.groups import runs_callbacks
+from dineros.metamodel.callbacks.groups import callback_page_of, runs_callbacks
 from dineros.metamodel.elements import channels, label, node_net_of, resolve
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.matching import is_best_effort
@@ -128,12 +128,15 @@ class Bounds:
                 found.callbacks[page.id] = self.response(page)
                 if period_of(page) is not None:
                     found.timers[page.id] = False if self.loses_no_tick(page) else None
+                    found.reasons[page.id] = self._why_late(page)
         for topic in channels(self._model, sym.TopicChannel):
             for reader in topic.subscribers:
                 longest = self.longest(reader)
                 at_most = int(reader.limit) if longest is None else min(longest, int(reader.limit))
                 found.readers[reader.place.id] = at_most, False if self.never_overflows(reader) else None
-        found.readers.update(histories_of_calls(self._model, self._tasks.all, self._solved))
+                found.reasons[reader.place.id] = self._why_full(reader)
+        for name, (waiting, reason) in histories_of_calls(self._model, self._tasks.all, self._solved).items():
+            found.readers[name], found.reasons[name] = waiting, reason
         return found
 
     # ------------------------------------------------------------------------------------------------- paths
@@ -219,14 +222,10 @@ class Bounds:
         output of the release before is the newest one. A run of each callback must publish.
         """
         first = self._task(path.callbacks[0], None)
-        if (
-            path.reader is not None
-            or path.begins_with_message
-            or first is None
-            or not first.is_timer
-            or found.greatest is None
-        ):
+        if found.greatest is None:
             return found
+        if path.reader is not None or path.begins_with_message or first is None or not first.is_timer:
+            return replace(found, reasons=_of_both("bounds are known only of chains that begin at a timer"))
         writers = [hop.writer for hop in path.topics] + ([] if path.last is None else [path.last])
         publishes = [
             (known := _publishing(self._task(page, reader), writer)) is not None and known.fewest > 0
@@ -234,15 +233,47 @@ class Bounds:
                 path.callbacks, [None, *(hop.reader for hop in path.topics)], writers, strict=False
             )
         ]
-        if found.is_lost is not False or not all(publishes) or not self.loses_no_tick(first.page):
-            return found
+        if reason := self._why_no_reaction(found, all(publishes), first.page):
+            return replace(found, reasons=_of_both(reason))
         longest = Bound(found.greatest.value + (first.period + first.jitter) * self._tasks.unit)
         return replace(found, reaction=longest, age=longest)
+
+    def _why_no_reaction(self, found: Latency, publishes: bool, first: sym.CallbackPage) -> str:
+        if found.is_lost is not False:
+            return "data on the way may be lost"
+        if not publishes:
+            return "a callback on the way need not publish"
+        return "" if self.loses_no_tick(first) else f"callback {label(first)} may lose ticks"
+
+    def _why_full(self, reader: sym.SubscriberPort) -> str:
+        """Return why it is open whether a history overflows."""
+        waited = [task for task in self._tasks.all if task.reader is reader]
+        if not waited or waited[0] not in self._solved.waited:
+            page = callback_page_of(resolve(reader.place))
+            if waited:
+                return self._solved.reasons.get(waited[0], "nothing bounds what waits")
+            return "it is not read by a callback" if page is None else self._why(page, None)
+        longest = self._solved.waited[waited[0]].longest
+        return f"bounds allow {longest} waiting messages, and its depth is {int(reader.limit)}"
+
+    def _why_late(self, page: sym.CallbackPage) -> str:
+        """Return why it is open whether a timer loses ticks."""
+        task = self._task(page, None)
+        if task is None or task not in self._solved.waited:
+            return self._why(page, task)
+        late = float(self._solved.waited[task].start * self._tasks.unit)
+        return (
+            f"bounds allow its callback to begin {late:g} s after a tick, and it ticks every {page.timer:g} s"
+        )
 
     def _why(self, page: sym.CallbackPage, task: Task | None) -> str:
         if task is not None:
             return self._solved.reasons[task]
         return f"callback {label(page)} is not called by a timer, messages or requests"
+
+
+def _of_both(reason: str) -> dict[str, str]:
+    return {"reaction": reason, "age": reason}
 
 
 def _is_managed(port: sym.TopicPort) -> bool:

@@ -18,4 +18,4 @@ def known_everything(exact: Everything, bound: Everything) -> Everything:
     }
     is_exact = exact.is_exact and bool(exact.callbacks)
     source = exact if is_exact else bound
-    return Everything(callbacks, source.readers, source.timers, exact.starved, is_exact)
+    return Everything(callbacks, source.readers, source.timers, exact.starved, is_exact, source.reasons)

@@ -7,7 +7,7 @@ its first topic, to the end of its last callback, or the publication of its last
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
 from dineros.analysis.answers.budget import Budget
@@ -17,7 +17,14 @@ from dineros.analysis.latencies.markers import Asks
 from dineros.analysis.latencies.measuring import Bound, Measured, measured
 from dineros.analysis.latencies.observer import Observer
 from dineros.analysis.latencies.parts import Parts
-from dineros.analysis.latencies.paths import Path, callback_pages, paths_between, responses_of
+from dineros.analysis.latencies.paths import (
+    Path,
+    callback_pages,
+    missing_on,
+    paths_between,
+    responses_of,
+    shares_clocks,
+)
 from dineros.analysis.latencies.sampling import NotFollowedError
 from dineros.analysis.latencies.starvation import Starvation
 from dineros.analysis.timed.exploring import Explored, explore_timed
@@ -28,14 +35,15 @@ from dineros.metamodel.callbacks.groups import runs_callbacks
 from dineros.metamodel.elements import channels, label, node_net_of, node_nets
 from dineros.metamodel.errors import DinerosError, near_matches
 from dineros.metamodel.guards.using import require_no_guards
-from dineros.metamodel.times.given import duration_of, latency_between, require_known, says_times, waits
+from dineros.metamodel.times.given import duration_of, require_known, says_times, waits
 from dineros.metamodel.times.orders import is_ignored
 from dineros.metamodel.times.overlaps import runs_overlapping
-from dineros.metamodel.times.rates import on_the_way
 
 End = sym.CallbackPage | sym.TopicChannel
 
-_CHAIN_KEYS = ("lost", "reaction", "age")
+_CHAIN_KEYS = ("lost", "reaction", "age", "reasons")
+_WHY_NOT = {"lost": "a history on the way may overflow", "reaction": "it is asked of chains only"}
+_WHY_NOT["age"] = _WHY_NOT["reaction"]
 _OF_CHAINS: tuple[Asks, ...] = ("reaction", "age")
 RELEASED = {sym.CallbackKind.timer, sym.CallbackKind.subscriber, sym.CallbackKind.server}
 """Callbacks that are released by messages from other nodes."""
@@ -61,6 +69,8 @@ class Latency:
         Of a chain: the longest time until something that happens just after a release shows in an output,
         and the longest time for which an output is the newest one. None if nothing bounds it, or if it is
         not known.
+    reasons : dict of str to str
+        Why `reaction` and `age` are None, by name, where `reason` does not say it.
     """
 
     least: Bound | None
@@ -71,6 +81,7 @@ class Latency:
     states: int = 0
     reaction: Bound | None = None
     age: Bound | None = None
+    reasons: Mapping[str, str] = field(default_factory=dict)
 
     def to_dict(self) -> dict[str, object]:
         """Return it for JSON: seconds."""
@@ -82,7 +93,12 @@ class Latency:
             "age": _seconds(self.age),
             "exact": self.is_exact,
         }
-        return found | ({"reason": self.reason} if self.reason else {})
+        why = {name: self._why(name) for name, value in found.items() if value is None}
+        return found | ({"reason": self.reason} if self.reason else {}) | ({"reasons": why} if why else {})
+
+    def _why(self, name: str) -> str:
+        """Return why something is not known."""
+        return self.reasons.get(name) or self.reason or _WHY_NOT.get(name, "no instance ends")
 
 
 def _seconds(bound: Bound | None) -> float | None:
@@ -107,6 +123,8 @@ class Everything:
         are taken first; None if that is not known.
     is_exact : bool
         Whether `readers` and `timers` are; else they are safe bounds.
+    reasons : dict of str to str
+        By the name of a reader or the id of a timer, why it is not known whether it loses anything.
     """
 
     callbacks: dict[str, Latency] = field(default_factory=dict)
@@ -114,22 +132,34 @@ class Everything:
     timers: dict[str, bool | None] = field(default_factory=dict)
     starved: dict[str, bool | None] = field(default_factory=dict)
     is_exact: bool = True
+    reasons: dict[str, str] = field(default_factory=dict)
 
     def to_dict(self) -> dict[str, object]:
-        """Return it for JSON."""
+        """Return it for JSON. What is null has a `reason` beside it."""
         return {
-            "callbacks": {
-                name: {key: value for key, value in each.to_dict().items() if key not in _CHAIN_KEYS}
-                | ({"starves": self.starved[name]} if name in self.starved else {})
-                for name, each in self.callbacks.items()
-            },
+            "callbacks": {name: self._response(name, each) for name, each in self.callbacks.items()},
             "readers": {
-                name: {"longest": longest, "overflow": overflow}
+                name: {"longest": longest, "overflow": overflow} | self._why(name, overflow)
                 for name, (longest, overflow) in self.readers.items()
             },
-            "timers": {name: {"lostTicks": loses} for name, loses in self.timers.items()},
+            "timers": {
+                name: {"lostTicks": loses} | self._why(name, loses) for name, loses in self.timers.items()
+            },
             "exact": self.is_exact,
         }
+
+    def _response(self, name: str, found: Latency) -> dict[str, object]:
+        told = {key: value for key, value in found.to_dict().items() if key not in _CHAIN_KEYS}
+        if found.least is None and not found.reason:
+            told["reason"] = "it never ends"
+        if name in self.starved:
+            told["starves"] = self.starved[name]
+            if self.starved[name] is None:
+                told.setdefault("reason", "the search of all state classes has not ended")
+        return told
+
+    def _why(self, name: str, answer: bool | None) -> dict[str, str]:
+        return {"reason": self.reasons[name]} if answer is None and name in self.reasons else {}
 
 
 def require_times(model: sym.SystemModel, *, with_guards: bool = False) -> None:
@@ -231,22 +261,34 @@ class Latencies:
                 "and through a place of a node to the callbacks that read the place",
             )
         found = self._measured(paths)
-        if found.reason or len(paths) > 1 or not with_ages:
+        if found.reason or not with_ages:
             return found
-        reaction, age = (self._longest(paths[0], asks) for asks in _OF_CHAINS)
-        return replace(found, reaction=reaction, age=age)
+        if len(paths) > 1:
+            several = f"data takes {len(paths)} ways"
+            return replace(found, reasons=dict.fromkeys(_OF_CHAINS, several))
+        longest = {asks: self._longest(paths[0], asks) for asks in _OF_CHAINS}
+        reasons = {str(asks): reason for asks, (_, reason) in longest.items() if reason}
+        return replace(found, reaction=longest["reaction"][0], age=longest["age"][0], reasons=reasons)
 
-    def _longest(self, path: Path, asks: Asks) -> Bound | None:
-        """Return the longest reaction time or data age of a path; None if it is not known."""
+    def _longest(self, path: Path, asks: Asks) -> tuple[Bound | None, str]:
+        """Return the longest reaction time or data age of a path, or None and why it is not known."""
         observer = Observer(self._parts, self._explored, path, asks)
         found = measured(observer, self._subject.timed, self._budget)
-        is_known = found.is_complete and not found.reason and observer.is_exact and not found.is_gone
-        # A reaction follows a newer message, but not one that a publisher loses.
-        return found.greatest if is_known and not (asks == "reaction" and found.is_lost) else None
+        reason = found.reason
+        if found.is_gone:
+            reason = reason or "a callback on the way need not publish"
+        elif not observer.is_exact:
+            reason = reason or "not all data on the way can be distinguished"
+        elif asks == "reaction" and found.is_lost:
+            # A reaction follows a newer message, but not one that a publisher loses.
+            reason = reason or "data on the way can be displaced by other data than that of the chain"
+        elif found.greatest is None:
+            reason = reason or ("no output is replaced" if asks == "age" else "no output follows")
+        return None if reason else found.greatest, reason
 
     def starves(self, page: sym.CallbackPage) -> bool | None:
         """Return whether a callback can be ready forever without starting; None: unknown."""
-        missing = any(True for path in responses_of(page) for _ in _open(path))
+        missing = any(True for path in responses_of(page) for _ in missing_on(path))
         return None if self.reason or missing else self._starvation.of(page)
 
     def response(self, page: sym.CallbackPage) -> Latency:
@@ -313,7 +355,7 @@ class Latencies:
             except NotFollowedError as error:
                 reason = str(error) or "the analysis does not support a part of the chain"
                 return Latency(None, None, None, False, reason)
-            missing = next(_open(path), "") or next(self._starving(path), "")
+            missing = next(missing_on(path), "") or next(self._starving(path), "")
             answer = measured(observer, self._subject.timed, self._budget, missing)
             found.append((answer, observer.is_exact))
         least = [each.least for each, _ in found if each.least is not None]
@@ -329,33 +371,6 @@ class Latencies:
             reason,
             sum(each.states for each, _ in found),
         )
-
-
-def _open(path: Path) -> Iterator[str]:
-    """Yield the missing times on a path, one feature of one element each."""
-    for page in path.callbacks:
-        own = [page, *_beside(page)]
-        for each in own:
-            has_intervals = any(t.interval is not None for t in Body(each).transitions)
-            if has_intervals and _shares_clocks(each):
-                yield f"the duration of callback {label(each)} is not given, and its runs overlap"
-                continue
-            duration = duration_of(each)
-            if not has_intervals and (duration is None or duration.latest is None):
-                where = "" if each is page else f", which can run before {label(page)}"
-                yield f"the duration of callback {label(each)} is not given{where}"
-    for hop in path.topics:
-        topic = "" if hop.writer.channel is None else hop.writer.channel.topic
-        latency = latency_between(hop.writer, hop.reader)
-        if latency is None or latency.latest is None:
-            yield f"the model gives no latency for topic {topic}"
-        elif not on_the_way(hop.writer, hop.reader):
-            yield f"nothing bounds how often topic {topic} is published"
-
-
-def _shares_clocks(page: sym.CallbackPage) -> bool:
-    """Return whether runs of a callback would share the clocks of its transitions, which are left open."""
-    return runs_overlapping(page) > 1 and any(each.interval is not None for each in Body(page).transitions)
 
 
 def _is_mixed(page: sym.CallbackPage) -> bool:
@@ -374,15 +389,7 @@ def _is_widened(page: sym.CallbackPage) -> bool:
         and duration_of(page) is not None
         and any(each.interval is None for each in Body(page).transitions)
     )
-    return has_stretches or _shares_clocks(page)
-
-
-def _beside(page: sym.CallbackPage) -> Iterator[sym.CallbackPage]:
-    """Yield the other callbacks of a node."""
-    node = node_net_of(page)
-    for each in node.eAllContents() if node is not None else ():
-        if isinstance(each, sym.CallbackPage) and each is not page:
-            yield each
+    return has_stretches or shares_clocks(page)
 
 
 def named(end: End) -> str:

@@ -1,4 +1,4 @@
-"""Paths of data through a system model: callbacks, and the topics and stored values between them."""
+"""Paths of data through a system model: callbacks, topics and stored values between them, and their times."""
 
 from __future__ import annotations
 
@@ -9,10 +9,13 @@ from typing import TypeAlias
 
 from dineros.analysis.latencies.stores import Stored, stored_values
 from dineros.metamodel import pn, sym
+from dineros.metamodel.callbacks.bodies import Body
 from dineros.metamodel.callbacks.groups import callback_page_of, readers_of
-from dineros.metamodel.elements import arcs, channels, pages, resolve, system_model_of
+from dineros.metamodel.elements import arcs, channels, label, node_net_of, pages, resolve, system_model_of
 from dineros.metamodel.matching import are_matched
+from dineros.metamodel.times.given import duration_of, latency_between
 from dineros.metamodel.times.overlaps import runs_overlapping
+from dineros.metamodel.times.rates import on_the_way
 
 MOST_PATHS = 16
 """Paths between two ends that are followed one by one."""
@@ -206,3 +209,38 @@ def _has_one_filler(hop: Hop, path: Path) -> bool:
 def _has_one_beginning(page: sym.CallbackPage) -> bool:
     readers = readers_of(page)
     return not readers if page.kind == sym.CallbackKind.timer else len(readers) == 1
+
+
+def missing_on(path: Path) -> Iterator[str]:
+    """Yield the missing times on a path, one feature of one element each."""
+    for page in path.callbacks:
+        own = [page, *_beside(page)]
+        for each in own:
+            has_intervals = any(t.interval is not None for t in Body(each).transitions)
+            if has_intervals and shares_clocks(each):
+                yield f"the duration of callback {label(each)} is not given, and its runs overlap"
+                continue
+            duration = duration_of(each)
+            if not has_intervals and (duration is None or duration.latest is None):
+                where = "" if each is page else f", which can run before {label(page)}"
+                yield f"the duration of callback {label(each)} is not given{where}"
+    for hop in path.topics:
+        topic = "" if hop.writer.channel is None else hop.writer.channel.topic
+        latency = latency_between(hop.writer, hop.reader)
+        if latency is None or latency.latest is None:
+            yield f"the model gives no latency for topic {topic}"
+        elif not on_the_way(hop.writer, hop.reader):
+            yield f"nothing bounds how often topic {topic} is published"
+
+
+def shares_clocks(page: sym.CallbackPage) -> bool:
+    """Return whether runs of a callback would share the clocks of its transitions, which are left open."""
+    return runs_overlapping(page) > 1 and any(each.interval is not None for each in Body(page).transitions)
+
+
+def _beside(page: sym.CallbackPage) -> Iterator[sym.CallbackPage]:
+    """Yield the other callbacks of a node."""
+    node = node_net_of(page)
+    for each in node.eAllContents() if node is not None else ():
+        if isinstance(each, sym.CallbackPage) and each is not page:
+            yield each

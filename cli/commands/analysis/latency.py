@@ -201,6 +201,9 @@ def _notes(model: pn.Net, found: Everything | Latency, reason: str) -> list[str]
     return [*notes, *(f"assumes: {each}" for each in of_source(model))]
 
 
+_WORDS = {"reaction": "reaction time", "age": "data age"}
+
+
 class _Saying:
     """Prints the results.
 
@@ -276,4 +279,7 @@ class _Saying:
             lines.append(", ".join(words))
         if found.reason:
             lines.append(f"no bound for {self.chain}: {found.reason}")
+        for reason in dict.fromkeys(found.reasons.values()):
+            names = [words for name, words in _WORDS.items() if found.reasons.get(name) == reason]
+            lines.append(f"{' and '.join(names)} not known: {reason}")
         return lines

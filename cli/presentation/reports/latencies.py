@@ -133,9 +133,15 @@ def lines_of_all(found: Everything) -> list[str]:
             lines.append(f"    no bound: {each.reason}")
     for name, (longest, can_overflow) in found.readers.items():
         lines.append(f"reader {name}: at most {longest} waiting{OVERFLOWS[can_overflow]}")
+        lines += _why(found, name, can_overflow)
     for name, loses in found.timers.items():
         lines.append(f"timer {name}: {TICKS[loses]}")
+        lines += _why(found, name, loses)
     return lines
+
+
+def _why(found: Everything, name: str, answer: bool | None) -> list[str]:
+    return [f"    open: {found.reasons[name]}"] if answer is None and name in found.reasons else []
 
 
 def span(found: Latency) -> str:

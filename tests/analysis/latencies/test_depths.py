@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+import os
 from typing import Any
 
 import pytest
@@ -11,9 +13,11 @@ from dineros.analysis.latencies.answers import Latencies
 from dineros.analysis.latencies.depths import LARGEST, Depth, least_depths
 from dineros.metamodel import sym
 from dineros.metamodel.elements import channels
+from tests.analysis.latencies.test_reaction_and_age import drawn
 from tests.support.timed_systems.counted import COUNTED
 from tests.support.timed_systems.executors import Explorer
 from tests.support.timed_systems.models import model_of
+from tests.support.timed_systems.threads import Threads, TooManyStatesError
 
 
 def depths_of(model: sym.SystemModel) -> dict[str, Depth]:
@@ -66,6 +70,30 @@ def test_a_chain_of_overflows_is_deepened_until_nothing_is_lost() -> None:
     assert not facts.lost
     assert {name.partition(".")[0]: each.least for name, each in found.items()} == facts.longest
     assert max(facts.longest.values()) > 1
+
+
+@pytest.mark.long
+def test_random_systems_need_the_depths_that_a_plain_program_counts() -> None:
+    """It gives each history so much room that nothing is lost, and counts what waits."""
+    compared = deeper = 0
+    for seed in range(40 * int(os.environ.get("DINEROS_EXAMPLES", "1"))):
+        system, _ = drawn(seed)
+        deep = copy.deepcopy(system)
+        for each in deep["callbacks"]:
+            if "depth" in each:
+                each["depth"] = 12
+        try:
+            facts = Threads(deep).explore(6_000)
+        except TooManyStatesError:
+            continue
+        found = least_depths(model_of(system, 0.01), Budget(seconds=20))
+        for place, depth in found.items():
+            longest = max(1, facts.longest[place.removesuffix(".heard")])
+            if not facts.lost and (not depth.reason or "suffice" in depth.reason):
+                assert depth.least == longest, (seed, place)
+                compared += 1
+                deeper += longest > 1
+    assert compared > 8 and deeper > 2, (compared, deeper)
 
 
 def test_a_reader_that_is_too_slow_has_no_depth() -> None:

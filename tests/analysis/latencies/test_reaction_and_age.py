@@ -86,7 +86,11 @@ def drawn(seed: int) -> tuple[System, str]:
 
 def require_times(found: Latency, wanted: Ages, bound: Latency) -> tuple[bool, bool]:
     """Require that known times are these, in hundredths of a second; tell which are known."""
-    for known, least in ((found.reaction, wanted.reaction), (found.age, wanted.age)):
+    for name, known, least in (
+        ("reaction", found.reaction, wanted.reaction),
+        ("age", found.age, wanted.age),
+    ):
+        assert known is not None or found.reason or found.reasons[name]
         assert known is None or (known.value * 100 == least and not wanted.is_unbounded)
     for safe, least in ((bound.reaction, wanted.reaction), (bound.age, wanted.age)):
         assert safe is None or least is None or safe.value * 100 >= least
@@ -138,6 +142,8 @@ def test_what_another_publisher_sends_is_no_reaction() -> None:
     assert wanted.reaction is not None and wanted.age is not None
     assert found.is_lost and found.reaction is None and found.age is not None
     assert wanted.reaction > wanted.age
+    told = found.to_dict()["reasons"]
+    assert told == {"reaction": "data on the way can be displaced by other data than that of the chain"}
 
 
 def test_what_the_same_timer_sends_is_newer() -> None:

@@ -117,6 +117,8 @@ ASSUMED = (
     "note: these are safe bounds that may never be reached; they assume that each thread of an executor has "
     "a processor of its own, and nothing outside of the model publishes"
 )
+LOST = "data on the way may be lost"
+FULL = "bounds allow 4 waiting messages, and its depth is 2"
 
 
 def test_bounds(run: Run, robot: Path) -> None:
@@ -126,12 +128,13 @@ def test_bounds(run: Run, robot: Path) -> None:
         "callback tick: at least 0 s, at most 0.01 s",
         "callback log: at least 0.02 s, at most 0.15 s",
         "reader log.heard: at most 2 waiting; it is unknown whether it can overflow",
+        f"    open: {FULL}",
         "timer tick: loses no tick",
         ASSUMED,
     ]
     answer = json.loads(run("latency", robot, "--bounds", "--json").stdout)
     assert answer["callbacks"]["log"] == {"least": 0.02, "greatest": 0.15, "exact": False}
-    assert answer["readers"] == {"log.heard": {"longest": 2, "overflow": None}}
+    assert answer["readers"] == {"log.heard": {"longest": 2, "overflow": None, "reason": FULL}}
     assert answer["exact"] is False and "processor" in answer["assumes"]
 
 
@@ -140,10 +143,12 @@ def test_bounds_of_a_chain(run: Run, robot: Path) -> None:
     assert found.exit_code == 0
     assert found.stdout.splitlines() == [
         "tick to log: at least 0.02 s, at most 0.17 s; it is unknown whether an instance can be lost",
+        f"reaction time and data age not known: {LOST}",
         ASSUMED,
     ]
     answer = json.loads(run("latency", robot, "--bounds", "--from", "tick", "--to", "log", "--json").stdout)
     assert (answer["greatest"], answer["lost"], answer["exact"]) == (0.17, None, False)
+    assert answer["reasons"] == {"lost": "a history on the way may overflow", "reaction": LOST, "age": LOST}
 
 
 @pytest.mark.parametrize("options", [("--timeout", "8"), ()], ids=["with a limit", "without"])
