@@ -1,6 +1,8 @@
-"""Losses that bounds exclude: where no search for all states ends, they prove that queues never overflow."""
+"""What bounds exclude, where no search for all states ends: overflows of queues, and runs without end."""
 
 from __future__ import annotations
+
+from collections.abc import Iterable
 
 from dineros.analysis.bounds.answers import Bounds
 from dineros.analysis.model.queues import queues
@@ -17,12 +19,9 @@ def never_lost(subject: Subject) -> set[str]:
     Those of reader histories that are deep enough for all that can wait there; and those of writer histories,
     if each message that is on its way has a clock: then it leaves the history at once.
     """
-    model = subject.model
-    if not isinstance(model, sym.SystemModel) or model.middleware != sym.Middleware.ros2:
+    bounds = _bounds(subject)
+    if bounds is None:
         return set()
-    if not says_times(model) or with_lifespans(model):
-        return set()
-    bounds = Bounds(model)
     found: set[str] = set()
     for queue in queues(subject):
         if queue.link.maker is R3:
@@ -33,3 +32,17 @@ def never_lost(subject: Subject) -> set[str]:
             if bounds.never_waits(*ends):
                 found.update(queue.drops)
     return found
+
+
+def always_ending(subject: Subject, pages: Iterable[sym.CallbackPage]) -> set[sym.CallbackPage]:
+    """Return the callbacks, among some, of which each run ends: their response times have bounds."""
+    bounds = _bounds(subject)
+    return set() if bounds is None else {page for page in pages if bounds.response(page).greatest is not None}
+
+
+def _bounds(subject: Subject) -> Bounds | None:
+    """Return the bounds of a model; None if it is of a kind that they do not know."""
+    model = subject.model
+    if not isinstance(model, sym.SystemModel) or model.middleware != sym.Middleware.ros2:
+        return None
+    return Bounds(model) if says_times(model) and not with_lifespans(model) else None

@@ -2,7 +2,10 @@
 
 A state class from which no class without the callback can be reached holds only states in which it waits
 forever. Linear classes do not tell the converse, so that every callback can end is proved in another way: no
-run stays in it forever.
+run stays in it forever, or its response time has a bound.
+
+Runs of a callback can overlap, so that it always runs although each run ends. Where runs end again and again,
+it is not said to wait forever.
 """
 
 from __future__ import annotations
@@ -22,6 +25,8 @@ from dineros.analysis.nets.graph_parts import numbered_parts
 from dineros.analysis.timed.graph import WAITING, Flags, TimedGraph, timed_graph
 from dineros.analysis.timed_checks.timed_checked import TimedChecked, with_times
 
+ALL_END = "every callback that has begun ends"
+OTHERS_END = "every other callback that has begun ends"
 GRAPH_SHARE = 0.5
 """Part of the time that is left for the graph of all classes."""
 
@@ -39,6 +44,9 @@ class TimedCallbacks(Callbacks):
             return
         if not known.explored.is_complete:
             found = self._report(checked, _met(known))
+            if known.ending_by_bounds >= {each.page for each in callbacks}:
+                checked.report.proved.append(ALL_END)
+                return
             asks = "which other callbacks can wait forever" if found else self.asks
             checked.leave_open(asks, known.explored.reason)
             return
@@ -46,9 +54,13 @@ class TimedCallbacks(Callbacks):
         graph = timed_graph(net, "S" if net.has_priorities else "W", checked.budget.share(GRAPH_SHARE))
         known.waits = waits_of(graph, callbacks)
         found = self._report(checked, _blocked(graph, known.waiting.circle, callbacks))
-        others = "every other callback that has begun ends" if found else "every callback that has begun ends"
-        if all(ends or waits for waits, ends in known.waits):
-            checked.report.proved.append(others)
+        is_open = {
+            each.page
+            for each, (waits, ends) in zip(callbacks, known.waits, strict=True)
+            if not (ends or waits)
+        }
+        if not is_open or is_open <= known.ending_by_bounds:
+            checked.report.proved.append(OTHERS_END if found else ALL_END)
         else:
             asks = "which other callbacks can wait forever" if found else self.asks
             checked.leave_open(asks, "some run stays in one forever, and linear classes cannot decide more")
@@ -79,7 +91,12 @@ def _rank(blocked: Blocked) -> tuple[bool, int]:
 
 def waits_of(graph: TimedGraph, callbacks: list[Callback]) -> list[tuple[bool, bool]]:
     """Return by callback whether it can wait forever, and whether no run stays in it forever."""
-    return [(bool(_doomed(graph, each).any()), _always_ends(graph, each)) for each in callbacks]
+    return [(_waits(graph, each), _always_ends(graph, each)) for each in callbacks]
+
+
+def _waits(graph: TimedGraph, callback: Callback) -> bool:
+    doomed = _doomed(graph, callback)
+    return bool(doomed.any()) and any(not ends for _, ends in _last_classes(graph, doomed, callback))
 
 
 def _blocked(graph: TimedGraph, circle_of: object, callbacks: list[Callback]) -> Iterator[Blocked]:
@@ -90,16 +107,16 @@ def _blocked(graph: TimedGraph, circle_of: object, callbacks: list[Callback]) ->
         doomed = _doomed(graph, callback)
         if not doomed.any():
             continue
-        lasts = _last_classes(graph, doomed)
-        is_alone = True
-        for number in lasts:
+        is_alone, stuck = True, []
+        for number, ends in _last_classes(graph, doomed, callback):
             circle: Circle | None = circle_of(graph.markings[graph.marking_of[number]].tolist())
             is_alone &= circle is None
+            stuck += [] if ends else [number]
             if circle is not None and circle not in known:
                 known.add(circle)
                 yield Blocked(callback.waiter, circle, _way(graph, number))
-        if is_alone:
-            yield Blocked(callback.waiter, None, _way(graph, lasts[0]))
+        if is_alone and stuck:
+            yield Blocked(callback.waiter, None, _way(graph, stuck[0]))
 
 
 def _runs(graph: TimedGraph, callback: Callback) -> Flags:
@@ -137,16 +154,31 @@ def _always_ends(graph: TimedGraph, callback: Callback) -> bool:
     return bool((part[source] != part[target]).all() and has_after[runs].all())
 
 
-def _last_classes(graph: TimedGraph, among: Flags) -> list[int]:
-    """Return one class of each part that is never left, among classes that are never left together."""
+def _last_classes(graph: TimedGraph, among: Flags, callback: Callback) -> list[tuple[int, bool]]:
+    """Return one class of each part that is never left, and whether runs of a callback end in that part.
+
+    Parameters
+    ----------
+    graph
+        The graph of all classes.
+    among
+        Classes that are never left together.
+    callback
+        The callback.
+    """
     inside = among[graph.source]
     source, target = graph.source[inside], graph.target[inside]
     _, part = numbered_parts(graph.classes, source.astype(np.int32), target.astype(np.int32))
-    leaves = np.zeros(int(part.max(initial=0)) + 1, dtype=np.bool_)
-    leaves[part[source[part[source] != part[target]]]] = True
+    parts = int(part.max(initial=0)) + 1
+    leaves, ends = np.zeros(parts, dtype=np.bool_), np.zeros(parts, dtype=np.bool_)
+    stays = part[source] == part[target]
+    leaves[part[source[~stays]]] = True
+    running = graph.markings[:, list(callback.places)].sum(axis=1)[graph.marking_of]
+    ends[part[source[stays & (running[source] > running[target])]]] = True
     numbers = np.flatnonzero(among & ~leaves[part])
     _, first = np.unique(part[numbers], return_index=True)
-    return [int(numbers[at]) for at in np.sort(first)[:MOST_PARTS]]
+    lasts = [int(numbers[at]) for at in np.sort(first)[:MOST_PARTS]]
+    return [(number, bool(ends[part[number]])) for number in lasts]
 
 
 def _way(graph: TimedGraph, goal: int) -> tuple[int, ...]:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 from dineros.analysis.checks.question import Checked
 from dineros.analysis.timed.exploring import Explored
 from dineros.analysis.timed.timed_subject import TimedSubject
 from dineros.analysis.timed_checks.timed_walks import Walked
+from dineros.metamodel import sym
+from dineros.metamodel.guards.using import guarded
 
 
 @dataclass
@@ -28,6 +31,15 @@ class TimedChecked(Checked):
     explored: Explored = field(init=False)
     walked: Walked = field(default_factory=Walked)
     waits: list[tuple[bool, bool]] = field(default_factory=list)
+
+    @cached_property
+    def ending_by_bounds(self) -> set[sym.CallbackPage]:
+        """Callbacks of which each run ends, as bounds of response times prove."""
+        from dineros.analysis.bounds.losses import always_ending
+
+        if guarded(self.subject.model):
+            return set()
+        return always_ending(self.subject, {each.page for each in self.waiting.callbacks.values()})
 
     @property
     def timed(self) -> TimedSubject:
