@@ -196,6 +196,10 @@ def check(
 
     def accepted(report: Report) -> Report:
         found = replace(report, findings=[*report.findings, *of_code])
+        if of_code:
+            from dineros.observation.findings.contradicting import contradicted
+
+            found = contradicted(found, of_code)
         if of_source(net):  # what the model lacks may do anything
             found = replace(found, proved=[], assumed=[*report.assumed, *report.proved])
         if found.proved or found.assumed:
