@@ -148,6 +148,14 @@ class Diagram:
             progress(self.progress)
         return True
 
+    def finish(self, root: int) -> None:
+        """End a run that was made by other means than `run`: discard its cached results, keep its set."""
+        self.cache[:] = 0
+        self.frame[:] = 0
+        self.control[[store.LOWEST, store.HAVE, store.FIRED_KEY]] = 0
+        self.control[store.CLOSED_KEY] = FIRST_CLOSED_KEY
+        self.root, self.saturated, self.complete = root, self.top, True
+
     def drive(
         self,
         top: int,

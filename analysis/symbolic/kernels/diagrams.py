@@ -24,8 +24,9 @@ WIDE = 1024
 #: sets, whose buffer then contains only finished nodes; a set of boxes was met whose row is not known yet.
 NO_ROOM, UNFINISHED, UNKNOWN = 1, 2, 3
 #: For a saturation run: two keys that separate its results from others in the cache, a flag for runs that
-#: fire only one event, and the node whose image is computed next.
-FIRED_KEY, CLOSED_KEY, STILL, PUSHED = range(11, 15)
+#: fire only one event, the node whose image is computed next, and the lowest level with events of a run that
+#: closes any set (0: another run).
+FIRED_KEY, CLOSED_KEY, STILL, PUSHED, LOWEST = range(11, 16)
 CONTROL_SIZE = 16
 
 FIRST_NODE = 8
@@ -38,7 +39,7 @@ MARK = 1 << 24
 UNION, INTERSECTION, DIFFERENCE, EXCLUSION = -1, -2, -3, -4
 
 
-@kernel()
+@kernel(_nrt=False)
 def make_node(mem, heads, control, free, level, buffer, start, low, high):  # type: ignore[no-untyped-def]
     """Return the node of `level` with the children ``buffer[start + low:start + high]``, existing or new.
 
@@ -51,11 +52,7 @@ def make_node(mem, heads, control, free, level, buffer, start, low, high):  # ty
     size = high - low
     if size == 0:
         return 0
-    code = level * 0x9E3779B1 + low
-    for i in range(start + low, start + high):
-        code = (code ^ buffer[i]) * 0x1E3779B97F4A7C15
-        code ^= (code >> 29) & 0x7FFFFFFFF
-    bucket = code & control[BUCKET_MASK]
+    bucket = _code_of(level, low, buffer, start + low, start + high) & control[BUCKET_MASK]
     node = heads[bucket]
     while node != 0:
         if mem[node + 3] == size and mem[node + 2] == low and mem[node + 1] == level:
@@ -88,14 +85,39 @@ def make_node(mem, heads, control, free, level, buffer, start, low, high):  # ty
     return node
 
 
-@kernel()
+@kernel(_nrt=False)
+def _code_of(level, low, array, begin, end):  # type: ignore[no-untyped-def]
+    """Hash code of a node with the children ``array[begin:end]``.
+
+    Each step takes four children: the products of one step wait for those before, those of children do not.
+    """
+    code = level * 0x9E3779B1 + low
+    i = begin
+    while i + 4 <= end:
+        code ^= (
+            array[i]
+            + array[i + 1] * 0x2545F4914F6CDD1D
+            + array[i + 2] * 0x369DEA0F31A53F85
+            + array[i + 3] * 0x27BB2EE687B0B0FD
+        )
+        code *= 0x1E3779B97F4A7C15
+        code ^= (code >> 29) & 0x7FFFFFFFF
+        i += 4
+    while i < end:
+        code = (code ^ array[i]) * 0x1E3779B97F4A7C15
+        code ^= (code >> 29) & 0x7FFFFFFFF
+        i += 1
+    return code
+
+
+@kernel(_nrt=False)
 def slot_of(a, b, c, mask):  # type: ignore[no-untyped-def]
     """Position of the cache entry for three keys."""
     code = ((a * 0x9E3779B1 + b) * 0x9E3779B1 + c) * 0x1E3779B97F4A7C15
     return (((code >> 31) & 0x1FFFFFFFF) & mask) << 2
 
 
-@kernel()
+@kernel(_nrt=False)
 def remember(a, b, c, result, cache, control):  # type: ignore[no-untyped-def]
     """Put a result into the cache under three keys."""
     slot = slot_of(a, b, c, control[CACHE_MASK])
@@ -105,7 +127,7 @@ def remember(a, b, c, result, cache, control):  # type: ignore[no-untyped-def]
     cache[slot + 3] = result
 
 
-@kernel()
+@kernel(_nrt=False)
 def combine(  # type: ignore[no-untyped-def]
     a, b, operation, mem, heads, cache, control, free, base, buffer, pending
 ):  # fmt: skip
@@ -137,9 +159,16 @@ def combine(  # type: ignore[no-untyped-def]
         high = max(end_a, end_b)
         start = base[level]
         descend = False
+        # Neighbouring local states often have the same children.
+        last_child, last_other, last_result = 0, 0, 0
         while i < high:
             child = mem[a + HEADER + i - first_a] if first_a <= i < end_a else 0
             other = mem[b + HEADER + i - first_b] if first_b <= i < end_b else 0
+            if child == last_child and other == last_other:
+                buffer[start + i] = last_result
+                i += 1
+                continue
+            last_child, last_other = child, other
             if child == other:
                 if operation == DIFFERENCE:
                     child = 0
@@ -166,7 +195,7 @@ def combine(  # type: ignore[no-untyped-def]
                     i = min(mem[a + 2], mem[b + 2])
                     descend = True
                     break
-            buffer[start + i] = child
+            buffer[start + i] = last_result = child
             i += 1
         if descend:
             continue
@@ -184,7 +213,7 @@ def combine(  # type: ignore[no-untyped-def]
         i += 1
 
 
-@kernel()
+@kernel(_nrt=False)
 def exclude(  # type: ignore[no-untyped-def]
     a, boxes, mem, heads, cache, control, free, base, buffer, pending, state_class, row, following, offset
 ):  # fmt: skip
@@ -250,7 +279,7 @@ def exclude(  # type: ignore[no-untyped-def]
         i += 1
 
 
-@kernel()
+@kernel(_nrt=False)
 def _keep_made(base, buffer, pending, level, low, high, top):  # type: ignore[no-untyped-def]
     """Remove all from the buffer except the children of unfinished nodes, from `level` up to `top`."""
     buffer[: base[level] + low] = 0
@@ -261,7 +290,7 @@ def _keep_made(base, buffer, pending, level, low, high, top):  # type: ignore[no
     buffer[done:] = 0
 
 
-@kernel()
+@kernel(_nrt=False)
 def mark(mem, node, stack):  # type: ignore[no-untyped-def]
     """Mark every node below `node`, and `node` itself."""
     if node < FIRST_NODE or mem[node + 1] & MARK:
@@ -280,7 +309,7 @@ def mark(mem, node, stack):  # type: ignore[no-untyped-def]
                 depth += 1
 
 
-@kernel()
+@kernel(_nrt=False)
 def sweep(mem, heads, cache, control, free):  # type: ignore[no-untyped-def]
     """Free all unmarked nodes, remove cache entries that refer to them, and unmark the rest."""
     for slot in range(0, (control[CACHE_MASK] + 1) << 2, 4):
@@ -297,7 +326,7 @@ def sweep(mem, heads, cache, control, free):  # type: ignore[no-untyped-def]
     rehash(mem, heads, control, free, True)
 
 
-@kernel()
+@kernel(_nrt=False)
 def rehash(mem, heads, control, free, only_marked):  # type: ignore[no-untyped-def]
     """Rebuild the hash chains and, when `only_marked`, the lists of free records, in one walk."""
     heads[:] = 0
@@ -310,10 +339,7 @@ def rehash(mem, heads, control, free, only_marked):  # type: ignore[no-untyped-d
         if level >= 0 and (level & MARK or not only_marked):
             level &= MARK - 1
             mem[node + 1] = level
-            code = level * 0x9E3779B1 + mem[node + 2]
-            for i in range(size):
-                code = (code ^ mem[node + HEADER + i]) * 0x1E3779B97F4A7C15
-                code ^= (code >> 29) & 0x7FFFFFFFF
+            code = _code_of(level, mem[node + 2], mem, node + HEADER, node + HEADER + size)
             bucket = code & control[BUCKET_MASK]
             mem[node] = heads[bucket]
             heads[bucket] = node

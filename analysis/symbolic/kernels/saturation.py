@@ -7,6 +7,9 @@ Python (for garbage collection, progress or an interrupt) and be called again.
 A run may be *constrained*: then it only reaches vectors of a given set. CTL needs this: events run backwards
 under the constraint that markings are reachable.
 
+A run may also close a set that is not closed below, under a few of all events (see `stages`). Then
+``control[LOWEST]`` is the lowest of their top levels, and nodes below it are closed.
+
 References
 ----------
 G. Ciardo, G. Luettgen, R. Siminiceanu, *Saturation: an efficient iteration strategy for symbolic state-space
@@ -26,6 +29,7 @@ from dineros.analysis.symbolic.kernels.diagrams import (
     HAVE,
     HEADER,
     INTERSECTION,
+    LOWEST,
     MISSES,
     NODES,
     PUSHED,
@@ -50,7 +54,7 @@ PHASE, NODE, RELATION, INDEX, TARGET, EVENT, IDLE, CLOCK, CONSTRAINT, OPENED = r
 FRAME_SIZE = 10
 
 
-@kernel()
+@kernel(_nrt=False)
 def saturate(  # type: ignore[no-untyped-def]
     mem, heads, cache, control, free, base, width, scratch, pending, work, changed, frame,
     relation_level, relation_table, relation_next, tables, event_start,
@@ -81,9 +85,13 @@ def saturate(  # type: ignore[no-untyped-def]
             below = relation_next[relation] if here else relation
             table = relation_table[relation] + first
             i = frame[k, INDEX]
+            # Neighbouring local states often have the same child.
+            last_child, last_image = 0, 0
             if control[HAVE]:
                 control[HAVE] = 0
                 work[start + frame[k, TARGET]] = control[RESULT]
+                if constraint == 0:
+                    last_child, last_image = mem[node + HEADER + i], control[RESULT]
                 i += 1
             while i < size:
                 child = mem[node + HEADER + i]
@@ -92,15 +100,25 @@ def saturate(  # type: ignore[no-untyped-def]
                     if j >= 0:
                         allowed = _allowed(mem, constraint, j)
                         if constraint == 0 or allowed != 0:
-                            image = _known_image(
-                                child, below, allowed, k, mem, heads, cache, control, free, base, scratch,
-                                pending,
-                            )  # fmt: skip
+                            if child == last_child:
+                                image = last_image
+                            elif phase == CLOSING and constraint == 0:
+                                image = child
+                                if k > control[LOWEST]:
+                                    image = _known_closure(child, 0, cache, control)
+                                    control[PUSHED] = child
+                            else:
+                                image = _known_image(
+                                    child, below, allowed, k, mem, heads, cache, control, free, base, scratch,
+                                    pending,
+                                )  # fmt: skip
                             if image < 0:
                                 push, push_relation, push_constraint = True, below, allowed
                                 frame[k, TARGET] = j
                                 break
                             work[start + j] = image
+                            if constraint == 0:
+                                last_child, last_image = child, image
                 i += 1
             frame[k, INDEX] = i
             if control[FAILED]:
@@ -109,7 +127,9 @@ def saturate(  # type: ignore[no-untyped-def]
                 opened = make_node(mem, heads, control, free, k, work, start, 0, width[k])
                 if control[FAILED]:
                     return STORE_FULL
-                closed = _known_closure(opened, constraint, cache, control)
+                closed = opened
+                if event_start[k] != event_start[k + 1]:
+                    closed = _known_closure(opened, constraint, cache, control)
                 if closed >= 0:
                     _finish(k, closed, frame, cache, control)
                     continue
@@ -122,11 +142,13 @@ def saturate(  # type: ignore[no-untyped-def]
             pair, event, idle = frame[k, INDEX], frame[k, EVENT], frame[k, IDLE]
             first_event, last_event = event_start[k], event_start[k + 1]
             finished = first_event == last_event
+            last_child, last_image, last_old, last_new = 0, 0, -1, 0
             if not finished:
                 below = relation_next[event_relation[event]]
                 last_pair = pair_start[event + 1]
             while not finished:
                 if pair == last_pair:
+                    last_child, last_old = 0, -1
                     # A sweep over the event's pairs follows its own direction and need not be repeated for
                     # its own changes; the level is closed once every event in turn had nothing to do.
                     event += 1
@@ -147,22 +169,29 @@ def saturate(  # type: ignore[no-untyped-def]
                 if constraint != 0 and allowed == 0:
                     pair += 1
                     continue
-                if control[HAVE]:
-                    image = control[RESULT]
+                old = work[j]
+                if child == last_child and old == last_old:
+                    new = last_new
                 else:
-                    image = _known_image(
-                        child, below, allowed, k, mem, heads, cache, control, free, base, scratch, pending
-                    )  # fmt: skip
+                    if control[HAVE]:
+                        image = control[RESULT]
+                    elif child == last_child:
+                        image = last_image
+                    else:
+                        image = _known_image(
+                            child, below, allowed, k, mem, heads, cache, control, free, base, scratch, pending
+                        )  # fmt: skip
+                        if control[FAILED]:
+                            break
+                        if image < 0:
+                            push, push_relation, push_constraint = True, below, allowed
+                            break
+                    new = combine(old, image, UNION, mem, heads, cache, control, free, base, scratch, pending)
                     if control[FAILED]:
                         break
-                    if image < 0:
-                        push, push_relation, push_constraint = True, below, allowed
-                        break
-                old = work[j]
-                new = combine(old, image, UNION, mem, heads, cache, control, free, base, scratch, pending)
-                if control[FAILED]:
-                    break
-                control[HAVE] = 0
+                    control[HAVE] = 0
+                    if constraint == 0:
+                        last_child, last_image, last_old, last_new = child, image, old, new
                 frame[k, CLOCK] += 1
                 fired[pair] = frame[k, CLOCK]
                 if new != old:
@@ -193,7 +222,7 @@ def saturate(  # type: ignore[no-untyped-def]
         control[STACK] = k
 
 
-@kernel()
+@kernel(_nrt=False)
 def _allowed(mem, constraint, state):  # type: ignore[no-untyped-def]
     """Return the part of a constraint below a local state of its level; 0 if there is none."""
     if constraint == 0:
@@ -202,7 +231,7 @@ def _allowed(mem, constraint, state):  # type: ignore[no-untyped-def]
     return mem[constraint + HEADER + at] if 0 <= at < mem[constraint + 3] else 0
 
 
-@kernel()
+@kernel(_nrt=False)
 def _known_image(  # type: ignore[no-untyped-def]
     child, relation, allowed, k, mem, heads, cache, control, free, base, scratch, pending
 ):  # fmt: skip
@@ -229,7 +258,7 @@ def _known_image(  # type: ignore[no-untyped-def]
     return -1
 
 
-@kernel()
+@kernel(_nrt=False)
 def _known_closure(node, constraint, cache, control):  # type: ignore[no-untyped-def]
     """Closure of a node whose children are closed; -1 if it is not known yet."""
     if node == 0:
@@ -240,7 +269,7 @@ def _known_closure(node, constraint, cache, control):  # type: ignore[no-untyped
     return -1
 
 
-@kernel()
+@kernel(_nrt=False)
 def _finish(k, result, frame, cache, control):  # type: ignore[no-untyped-def]
     """Pass the result of a level to the level above, and cache it under its source."""
     node, relation, constraint = frame[k, NODE], frame[k, RELATION], frame[k, CONSTRAINT]
@@ -251,12 +280,14 @@ def _finish(k, result, frame, cache, control):  # type: ignore[no-untyped-def]
         second = relation + control[FIRED_KEY] if relation != 0 else constraint
         third = constraint if relation != 0 else control[CLOSED_KEY]
         remember(node, second, third, result, cache, control)
+    if 0 < control[LOWEST] <= k and result != 0:
+        remember(result, 0, control[CLOSED_KEY], result, cache, control)
     control[RESULT] = result
     control[HAVE] = 1
     control[STACK] = k + 1
 
 
-@kernel()
+@kernel(_nrt=False)
 def begin(k, frame, event_start, pair_start, fired):  # type: ignore[no-untyped-def]
     """Set the frame of level k to the start of its fixed point: no event fired, all changed at time 1."""
     event = event_start[k]
@@ -268,7 +299,7 @@ def begin(k, frame, event_start, pair_start, fired):  # type: ignore[no-untyped-
         fired[pair] = 0
 
 
-@kernel()
+@kernel(_nrt=False)
 def transfer(old, new, control):  # type: ignore[no-untyped-def]
     """Copy the entries of a cache into a larger one."""
     for slot in range(0, old.size, 4):

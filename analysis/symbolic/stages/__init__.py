@@ -1,0 +1,1 @@
+"""State spaces in stages: one component after the other moves."""

@@ -1,0 +1,168 @@
+"""State spaces in stages: at first one component moves, then two of them, at last all.
+
+Saturation makes fixed points from the bottom up, and the events that touch a high level come last. If all
+components share a few variables, such as those of a mutual exclusion protocol, these must be at the top, as
+the diagram of all markings is small then. But nearly all events touch them, so saturation of the top level
+explores all components at once. The sets it meets say who was when before whom, and are far larger than the
+set of all markings, in which this is forgotten.
+
+Here the events belong to stages. Stage n has the events of component n. When those of a stage are added, the
+set is closed under the events of each stage so far in turn, until none adds a marking. The set after each
+stage is the state space of a smaller net of the same kind, and the sets between are hardly larger.
+
+The closure under the events of one stage is a saturation run (see `kernels.saturation`), with a key of its
+own in the cache.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import replace
+
+import numpy as np
+
+from dineros.analysis.answers.budget import ProgressCallback
+from dineros.analysis.symbolic.kernels import diagrams as store
+from dineros.analysis.symbolic.kernels import saturation as machine
+from dineros.analysis.symbolic.level_starts import first_start
+from dineros.analysis.symbolic.levels import Encoding, LocalEvent
+from dineros.analysis.symbolic.relations import EventTables, Relations
+from dineros.analysis.symbolic.saturation import FIRST_CLOSED_KEY, Diagram, DiagramMemoryError
+from dineros.analysis.symbolic.stages.joining import Joined, changes, components, joined
+
+#: Number of components that stages pay for, at least and at most.
+FEWEST, MOST = 3, 64
+#: Levels that may be left after components were joined, as a part of all levels.
+WORTH_JOINING = 0.5
+#: Work for the first stages, and work that all stages may need by the growth from one to the next, in cache
+#: misses.
+FIRST_WORK, MOST_WORK = 300_000, 40_000_000
+#: Nodes above which garbage is collected, at least, and as a multiple of those that were left the last time.
+#: Sooner costs cached results, later costs memory and slower access to it.
+FIRST_GARBAGE, GARBAGE = 400_000, 4
+#: Stage from which on the growth is known.
+KNOWN_GROWTH = 3
+
+
+def staged(
+    encoding: Encoding, memory: int, progress: ProgressCallback | None = None
+) -> tuple[Diagram | None, int]:
+    """Compute the diagram of the reachable markings in stages, over joined levels.
+
+    Parameters
+    ----------
+    encoding
+        Levels and events.
+    memory
+        As for `Diagram`.
+    progress
+        Called regularly; an exception raised in it ends the work.
+
+    Returns
+    -------
+    Diagram or None
+        None if the levels do not fall into components that share a few of them, or it costs too much.
+    int
+        Work, in cache misses.
+    """
+    groups = components(encoding)
+    several = sum(len(group) > 1 for group in groups)
+    if not FEWEST <= several <= MOST or len(groups) > WORTH_JOINING * len(encoding.levels):
+        return None, 0
+    parts = joined(encoding, groups)
+    if parts is None:
+        return None, 0
+    start = first_start(parts.encoding, EventTables.of(parts.encoding))
+    inside = set(parts.components)
+    order = [level for level in start if level in inside] + [level for level in start if level not in inside]
+    diagram = Diagram(parts.encoding, order, memory)
+    run = _StagedRun(diagram, _events_of_stages(parts, order), progress)
+    try:
+        return diagram if run.finishes() else None, diagram.effort
+    except DiagramMemoryError:
+        return None, diagram.effort
+
+
+def _events_of_stages(parts: Joined, order: list[int]) -> list[list[LocalEvent]]:
+    """Return the events of each stage: those that change its component, and none of a later stage.
+
+    An event that changes no component belongs to the last that it touches.
+    """
+    stage_of = {level: number for number, level in enumerate(order[: len(parts.components)])}
+    stages: defaultdict[int, list[LocalEvent]] = defaultdict(list)
+    for event in parts.encoding.events:
+        moved = {stage_of[k] for k, table in event.tables.items() if k in stage_of and changes(table)}
+        if not moved and not any(changes(table) for table in event.tables.values()):
+            continue
+        moved = moved or {stage_of[k] for k in event.tables if k in stage_of}
+        stages[max(moved, default=0)].append(event)
+    return [stages[number] for number in sorted(stages)]
+
+
+class _StagedRun:
+    def __init__(
+        self, diagram: Diagram, stages: list[list[LocalEvent]], progress: ProgressCallback | None
+    ) -> None:
+        self._diagram, self._progress = diagram, progress
+        self._relations: list[Relations] = []
+        for events in stages:
+            tables = EventTables.of(replace(diagram.encoding, events=tuple(events)))
+            self._relations.append(Relations.under(tables, diagram.position))
+        self._left = 0
+        self._room = FIRST_GARBAGE
+
+    def finishes(self) -> bool:
+        """Run all stages; False if they cost too much."""
+        diagram = self._diagram
+        states = 1
+        for level in range(1, diagram.top + 1):
+            children = [0] * int(diagram.width[level])
+            children[diagram.encoding.levels[diagram.order[level - 1]].initial] = states
+            states = diagram.node(level, children)
+        before = 0
+        for last in range(len(self._relations)):
+            self._left = MOST_WORK if last >= KNOWN_GROWTH else FIRST_WORK
+            found = self._closed_under(states, last)
+            if found is None:
+                return False
+            states, work = found, diagram.effort
+            if last + 1 >= KNOWN_GROWTH and before:
+                stages_left = len(self._relations) - 1 - last
+                if work * (work / before) ** stages_left > MOST_WORK:
+                    return False
+            before = work
+        diagram.finish(states)
+        return True
+
+    def _closed_under(self, states: int, last: int) -> int | None:
+        """Return a set closed under the events of all stages up to one."""
+        idle, stage = 0, last
+        while idle <= last:
+            found = self._closed(states, stage)
+            if found is None:
+                return None
+            idle = 1 if found != states else idle + 1
+            states, stage = found, (stage + 1) % (last + 1)
+        return states
+
+    def _closed(self, states: int, stage: int) -> int | None:
+        """Return a set closed under the events of one stage."""
+        diagram, relations = self._diagram, self._relations[stage]
+        top, control, frame = diagram.top, diagram.control, diagram.frame
+        with_events = np.flatnonzero(np.diff(relations.event_start))
+        if with_events.size == 0:
+            return states
+        if diagram.nodes > self._room:
+            diagram.collect([states])
+            self._room = max(FIRST_GARBAGE, GARBAGE * diagram.nodes)
+        frame[:] = 0
+        frame[top, machine.PHASE] = machine.CLOSING
+        frame[top, machine.NODE] = states
+        diagram.work[int(diagram.base[top]) :] = 0
+        control[store.FIRED_KEY] = (stage + 1) * diagram.most_relations
+        control[store.CLOSED_KEY] = FIRST_CLOSED_KEY - 1 - stage
+        control[store.LOWEST] = int(with_events[0])
+        control[store.STACK], control[store.HAVE] = top, 0
+        if not diagram.drive(top, relations, self._progress, self._left):
+            return None
+        return int(control[store.RESULT])
