@@ -33,6 +33,8 @@ def is_open(value: object) -> bool:
 WHILE_READING = {"is_kept": False}
 """Metadata of a field that has a meaning only while code is read."""
 
+NODE, SPACE = "__node", "__ns"
+"""Arguments of a program with the name and the namespace of its nodes, next to values of parameters."""
 HELD = "held already"
 """The way of taking a lock that the same callback already holds and that is not recursive."""
 
@@ -280,6 +282,9 @@ class NodeFact:
     spun : int
         Position in the start of its program at which an executor begins to run its callbacks, see
         `Effect.order`. 0: unknown.
+    process : int
+        Number of the process among those that a launch file starts, as it may start a program repeatedly. 0:
+        the only process of the program.
     """
 
     cls: str
@@ -304,6 +309,12 @@ class NodeFact:
     is_lent: bool = False
     lent_to: list[tuple[Place, str]] = field(default_factory=list)
     spun: int = 0
+    process: int = 0
+
+    def is_beside(self, other: NodeFact) -> bool:
+        """Return whether the process of this node also runs another."""
+        is_same = self.program == other.program != "" and self.process == other.process
+        return self is other or is_same
 
     def of(self, kind: str) -> list[Entity]:
         """Return the entities of a kind."""

@@ -10,13 +10,13 @@ from typing import Any
 from dineros.metamodel.errors import DinerosError, Location, counted, near_matches
 from dineros.sources.cpp.parsing import is_there
 from dineros.sources.cpp.programs import CppPrograms
-from dineros.sources.facts import Facts, NodeFact, is_open
+from dineros.sources.facts import NODE, SPACE, Facts, NodeFact, is_open
 from dineros.sources.folders import CPP, open_folder
 from dineros.sources.interfaces import read_interfaces
 from dineros.sources.keeping.store import tidy
 from dineros.sources.language.keeping import ProgramKeeper
 from dineros.sources.language.modules import Modules
-from dineros.sources.launch.containers import ALONE, container_of, executor_in
+from dineros.sources.launch.containers import ALONE, EXECUTORS, container_of, executor_in
 from dineros.sources.launch.description import Started, full
 from dineros.sources.launch.reading import LaunchFiles
 from dineros.sources.launch.vendors import vendor_node
@@ -155,14 +155,15 @@ def _launched(
     _, started = files.read(path, launch.arguments, follows=True)
     defaults = {node.program: node.name for node in facts.nodes}
     found: list[NodeFact] = []
-    for each in started:
+    for process, each in enumerate(started, 1):
         program = f"{each.package}/{each.executable}"
         if not each.is_enabled or each.kind == "include":
             continue
         name = each.name or defaults.get(program, each.executable)
         values = files.parameters(each, full(name, each.namespace)) if not is_open(name) else {}
-        if each.kind == "container":
+        if each.kind == "container" or each.executable in EXECUTORS:
             continue
+        values |= {key: said for key, said in ((NODE, each.name), (SPACE, each.namespace)) if said}
         launched = replace(
             reading, given={program: values}, is_launched=True, arguments=tuple(each.arguments)
         )
@@ -178,7 +179,7 @@ def _launched(
                 node.name = each.name
             node.namespace = each.namespace or node.namespace
             node.remappings = each.remappings
-            node.started = str(each.at)
+            node.started, node.process = str(each.at), process
             if each.kind == "component":
                 _load(node, each, started)
             elif node.pool:
@@ -197,7 +198,8 @@ def _load(node: NodeFact, component: Started, started: list[Started]) -> None:
         return
     node.executor, node.threads = executor
     if container.executable != ALONE:
-        node.program, node.pool = f"container {container.name}", 1
+        node.process = 0
+        node.program, node.pool = f"container {full(container.name, container.namespace)}", 1
 
 
 def _agreed(found: list[dict[str, Any]]) -> dict[str, Any]:

@@ -236,7 +236,7 @@ def _never_meanwhile(
     setters = [
         (each, other)
         for other in nodes
-        if other.program == node.program
+        if other.is_beside(node)
         for each in other.callbacks
         if each.is_open or any((done.do, done.what) == ("notify", event) for done in each.effects)
     ]

@@ -7,8 +7,9 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from dineros.analysis.witnesses.findings import Fault, Finding
-from dineros.sources.facts import CallbackFact, Effect, Entity, NodeFact, is_open
+from dineros.sources.facts import CallbackFact, Effect, NodeFact, is_open
 from dineros.sources.places import Place
+from dineros.sources.resolving import full_name_of
 
 EARLY = Fault(
     "code-publishes-early",
@@ -90,13 +91,6 @@ def _who(use: _Use) -> str:
     return said(use.callback, use.node)
 
 
-def full_name(entity: Entity, node: NodeFact) -> str:
-    """Return the name of a port, by which the other end is found."""
-    if entity.name.startswith("~/"):
-        return f"{node.name}/{entity.name[2:]}".lstrip("/")
-    return entity.name.lstrip("/")
-
-
 # -------------------------------------------------------------------------------------------------- messages
 
 
@@ -116,7 +110,7 @@ def _early(use: _Use, uses: list[_Use], nodes: list[NodeFact]) -> Iterator[tuple
         node
         for node in nodes
         for each in node.of("subscriptions")
-        if full_name(each, node) == full_name(entity, use.node)
+        if full_name_of(each, node) == full_name_of(entity, use.node)
     }
     if not readers - {use.node}:
         return  # no other node in this code, which may start later
@@ -156,7 +150,7 @@ def _loses(use: _Use, uses: list[_Use]) -> Iterator[tuple[Place, Finding]]:
         for each in uses
         if each.effect.do == "call"
         and each.effect.entity is not None
-        and full_name(each.effect.entity, each.node) == full_name(entity, use.node)
+        and full_name_of(each.effect.entity, each.node) == full_name_of(entity, use.node)
         and not _is_bounded(each)
     ]
     if not waiting:
@@ -194,7 +188,7 @@ def _again(use: _Use, nodes: list[NodeFact]) -> Iterator[tuple[Place, Finding]]:
     for node in nodes:
         for service in node.of("services"):
             served = service.callbacks.get("callback")
-            if served is None or full_name(service, node) != full_name(entity, use.node):
+            if served is None or full_name_of(service, node) != full_name_of(entity, use.node):
                 continue
             for work in served.effects:
                 if work.do == "sleep" and _may_last(work.timeout, patience):

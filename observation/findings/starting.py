@@ -11,9 +11,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from dineros.analysis.witnesses.findings import Fault, Finding
-from dineros.observation.findings.losing import full_name
 from dineros.sources.facts import STARTING, Effect, Entity, NodeFact, is_open
 from dineros.sources.places import Place
+from dineros.sources.resolving import full_name_of
 
 STARTS = Fault(
     "code-never-starts",
@@ -63,10 +63,10 @@ def starts(nodes: Iterable[NodeFact]) -> Iterator[tuple[NodeFact, Place, Finding
         before = [each.name for each in stuck if each.node in servers and each is not wait]
         why = f", which {_one_of(names)} creates only later"
         if before:
-            why += f", after it has waited for {_one_of([f'/{name}' for name in dict.fromkeys(before)])}"
+            why += f", after it has waited for {_one_of(list(dict.fromkeys(before)))}"
         elif wait.node in servers:
             why += ", after this wait"
-        what = f"{words} /{wait.name}"
+        what = f"{words} {wait.name}"
         found = STARTS.found(wait.node.name, wait.callback, who=wait.node.name, what=what, why=why)
         yield wait.node, wait.effect.at, found
     for node in every:
@@ -82,12 +82,15 @@ def _waits(node: NodeFact) -> Iterator[_Wait]:
     for callback in node.callbacks:
         for effect in callback.effects:
             entity = effect.entity
-            if effect.do not in _SERVERS or not effect.order or entity is None or is_open(entity.name):
+            if effect.do not in _SERVERS or not effect.order or entity is None:
+                continue
+            name = full_name_of(entity, node)
+            if is_open(name):
                 continue
             is_endless = effect.is_repeated or (effect.timeout is None and effect.how == "without time-out")
             is_certain = effect.when == "always" or effect.is_repeated
             if entity in node.entities and is_endless and is_certain:
-                yield _Wait(node, callback.name, effect, full_name(entity, node))
+                yield _Wait(node, callback.name, effect, name)
 
 
 def _servers(name: str, kind: str, nodes: Iterable[NodeFact]) -> list[tuple[NodeFact, Entity]]:
@@ -95,7 +98,7 @@ def _servers(name: str, kind: str, nodes: Iterable[NodeFact]) -> list[tuple[Node
         (node, each)
         for node in nodes
         for each in node.of(kind)
-        if is_open(each.name) or full_name(each, node) == name
+        if is_open(served := full_name_of(each, node)) or served == name
     ]
 
 
@@ -119,8 +122,7 @@ def _stuck(waits: list[_Wait], nodes: list[NodeFact]) -> list[_Wait]:
 
 def _precedes(wait: _Wait, node: NodeFact, server: Entity) -> bool:
     """Return whether the thread that waits creates a server only after that wait."""
-    is_one = wait.node is node or (wait.node.program == node.program != "")
-    return is_one and 0 < wait.effect.order < server.order
+    return wait.node.is_beside(node) and 0 < wait.effect.order < server.order
 
 
 def _unspun(node: NodeFact) -> Iterator[tuple[Place, Finding]]:

@@ -24,6 +24,7 @@ from dineros.sources.alternatives import taken_of, types_of
 from dineros.sources.facts import CallbackFact, Entity, Facts, NodeFact, is_open
 from dineros.sources.interfaces import Interfaces
 from dineros.sources.places import Place, located
+from dineros.sources.resolving import full_name_of, full_node_name
 
 _MIDDLEWARE = ("system default", "best available")
 """Qualities that the middleware decides."""
@@ -147,36 +148,34 @@ class _CodedNode:
         if is_open(name):
             name = snake_case(fact.cls) or "node"
             taken.add(f"{self.at(fact.at)}: the name of the node is open; {name} is assumed")
-        self.namespace = "" if is_open(fact.namespace) else fact.namespace.strip("/")
-        self.name = self._full(name)
+            fact = self.fact = replace(fact, name=name)
+        if is_open(fact.namespace):
+            taken.lack(
+                f"{self.at(fact.at)}: the namespace of node {name} is {fact.namespace}; none is assumed"
+            )
+        for source, target in fact.remappings.items():
+            if is_open(source):
+                words = f"a launch file gives a name of {name} the name {target}; which one is open"
+                taken.lack(f"{self.at(fact.at)}: {words}")
+        self.name = full_node_name(fact)
         self._groups = GroupsOfNode(fact, taken, self.at)
         self._open_timers: set[str] = set()
         self.deciding: dict[str, Deciding] = {}
         self.is_spun = fact.threads != "not spun"
         self.names: dict[Entity, str] = {}
+        self._renamed: dict[Entity, str] = {}
         self.chosen: dict[tuple[str, str], Entity] = {}
         for entity in fact.entities:
             if entity.kind != "groups" and entity.is_enabled and not (entity.name and is_open(entity.name)):
-                self.names[entity] = self._remapped(entity.name)
+                name = full_name_of(entity, fact) if entity.name else ""
+                if is_open(name):
+                    self._renamed[entity] = name
+                else:
+                    self.names[entity] = name
 
     def at(self, place: Place) -> str:
         """Return a line of code, with its folder."""
         return located(place, self._folder)
-
-    def _full(self, name: str) -> str:
-        if name.startswith("/"):
-            return name
-        return "/".join(["", *filter(None, self.namespace.split("/")), name])
-
-    def _remapped(self, name: str) -> str:
-        """Return the full name of a topic, service or action, as a launch file changes it."""
-        own = f"{self.name}/{name[2:]}" if name.startswith("~/") else self._full(name)
-        for source, target in self.fact.remappings.items():
-            if is_open(target):
-                continue
-            if own == (f"{self.name}/{source[2:]}" if source.startswith("~/") else self._full(source)):
-                return f"{self.name}/{target[2:]}" if target.startswith("~/") else self._full(target)
-        return own
 
     # ---------------------------------------------------------------------------------------------- ports
 
@@ -204,7 +203,8 @@ class _CodedNode:
                 entity.type = several[1]
             if name is None:
                 self._taken.lack(
-                    f"{self.at(entity.at)}: omitted in the model, because its name is {entity.name}"
+                    f"{self.at(entity.at)}: omitted in the model, because its name is "
+                    f"{self._renamed.get(entity, entity.name)}"
                 )
             elif is_open(entity.type):
                 self._taken.lack(

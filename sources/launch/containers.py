@@ -29,14 +29,24 @@ THREADS: dict[str, int | str] = {
 
 
 def container_of(component: Started, started: Sequence[Started]) -> Started | None:
-    """Return the container into which a launch file loads a component; None: nothing starts it."""
-    name = component.container.rpartition("/")[2]
-    for each in started:
-        if each.kind != "component" and each.name and each.executable:
-            names = {each.name, each.name.rpartition("/")[2], full(each.name, each.namespace)}
-            if component.container in names or name in names:
-                return each
+    """Return the container into which a launch file loads a component; None: it is unknown.
+
+    A container with exactly this name is meant, or else the only one whose name differs in its namespace.
+    """
+    if component.within is not None:
+        return component.within
+    wanted = full(component.container, "")
+    named = [each for each in started if each.kind != "component" and each.name and each.executable]
+    ends = [each for each in named if _last(each.name) == _last(component.container)]
+    for found in ([each for each in ends if full(each.name, each.namespace) == wanted], ends):
+        enabled = [each for each in found if each.is_enabled] or found
+        if len({full(each.name, each.namespace) for each in enabled}) == 1:
+            return enabled[0]
     return None
+
+
+def _last(name: str) -> str:
+    return name.rpartition("/")[2]
 
 
 def executor_in(component: Started, started: Sequence[Started]) -> Executor | None:

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from dineros.sources.language.values import (
-    NONE,
     Const,
     Items,
     Made,
@@ -18,7 +17,14 @@ from dineros.sources.language.values import (
     text_of,
 )
 from dineros.sources.language.values import Mapping as Table
-from dineros.sources.launch.substitutions import Scope, Substitutions, known_or_open, truth_of, words_of
+from dineros.sources.launch.substitutions import (
+    Scope,
+    Substitutions,
+    known_or_open,
+    truth_of,
+    typed,
+    words_of,
+)
 from dineros.sources.places import Place
 
 DEEPEST = 12
@@ -49,6 +55,8 @@ class Started:
         ``node``, ``lifecycle``, ``container``, ``component`` or ``include``.
     container : str
         Of a component: the name of its container.
+    within : Started or None
+        Of a component: its container, if the launch file loads it by this object and not by its name.
     has_threads : bool
         Of a container whose components have executors of their own: whether these have several threads.
     arguments : list of str
@@ -67,6 +75,7 @@ class Started:
     is_enabled: bool = True
     kind: str = "node"
     container: str = ""
+    within: Started | None = None
     has_threads: bool = False
     arguments: list[str] = field(default_factory=list)
     included: str = ""
@@ -133,6 +142,7 @@ class Walker(Substitutions):
         self._call = call
         self._depth = 0
         self.including: list[str] = []
+        self._containers: dict[int, tuple[Made, Started]] = {}
 
     def walk(self, value: Value | None, scope: Scope) -> None:
         """Walk through an action, or a list of them."""
@@ -151,19 +161,26 @@ class Walker(Substitutions):
             inner.is_enabled &= last == "perhaps"
             self.walk(made.args[0], inner)
             return
-        inner = self._under(made, scope)
+        inner, holds = self._under(made, scope)
+        self._act(made, last, inner)
+        if holds is None:
+            scope.may_become(inner)
+
+    def _act(self, made: Made, last: str, scope: Scope) -> None:
         method = getattr(self, f"_{_ACTIONS.get(last, '')}", None)
         if method is not None:
-            method(made, inner if inner is not scope else scope)
-        elif last in ("LaunchDescription", "GroupAction", "TimerAction", "OpaqueCoroutine"):
-            own = inner if last == "LaunchDescription" else inner.copy()
+            method(made, scope)
+        elif last == "GroupAction":
+            self._group(made, scope)
+        elif last in ("LaunchDescription", "TimerAction", "OpaqueCoroutine"):
+            own = scope if last == "LaunchDescription" else scope.copy()
             if last == "TimerAction":
                 own.when = (*own.when, f"after {self.text(made.argument(-1, 'period'), scope)} s")
             self.walk(made.argument(0 if last != "TimerAction" else -1, "actions", "initial_entities"), own)
             added = made.slots.get("added actions")
             self.walk(added.current if added else None, own)
         elif last == "RegisterEventHandler":
-            own = inner.copy()
+            own = scope.copy()
             own.when = (*own.when, "after an event")
             handler = made.argument(0, "event_handler")
             for each in options(handler):
@@ -171,10 +188,25 @@ class Walker(Substitutions):
                     for key in ("on_exit", "on_start", "on_completion", "entities", "on_shutdown"):
                         self.walk(each.keys.get(key), own)
 
-    def _under(self, made: Made, scope: Scope) -> Scope:
-        """Return the scope of an action with its condition."""
+    def _group(self, made: Made, scope: Scope) -> None:
+        """Walk through a group; what it sets stays in it, unless it has no scope of its own."""
+        is_scoped = truth_of(self.text(made.argument(-1, "scoped"), scope) or "true") is not False
+        own = scope.copy() if is_scoped else scope
+        if is_scoped and truth_of(self.text(made.argument(-1, "forwarding"), scope) or "true") is False:
+            own.values, own.remappings, own.parameters = {}, {}, {}
+        given = made.argument(-1, "launch_configurations")
+        for key, value in given.items.items() if isinstance(given, Table) else ():
+            own.values[key] = known_or_open(self.text(value, scope))
+        self.walk(made.argument(0, "actions"), own)
+
+    def _under(self, made: Made, scope: Scope) -> tuple[Scope, bool | None]:
+        """Return the scope of an action with its condition, and whether that holds; None: unknown.
+
+        Only an action whose condition certainly holds changes the scope of the actions after it.
+        """
         condition = made.keys.get("condition")
         found = scope
+        holds: bool | None = True
         for each in options(condition):
             if not isinstance(each, Made):
                 continue
@@ -182,7 +214,8 @@ class Walker(Substitutions):
             wanted = last not in ("UnlessCondition", "LaunchConfigurationNotEquals")
             if last.startswith("LaunchConfiguration"):
                 name, value = text_of(each.argument(0)), self.text(each.argument(1, "expected_value"), scope)
-                held: bool | None = text_of(scope.values.get(name, NONE)) == value
+                current = hole(scope.values.get(name, Const("")))
+                held: bool | None = None if "{" in current + value else current == value
                 words = f"{name} is {value}"
             else:
                 text = self.text(each.argument(0, "predicate_expression"), scope)
@@ -191,10 +224,10 @@ class Walker(Substitutions):
             words = words if wanted else f"not ({words})"
             is_on = held is wanted or held is None
             default = "open" if held is None else "yes" if is_on else "no"
-            found = found.copy()
-            found.when = (*found.when, f"{words} (by default: {default})")
+            found = replace(found, when=(*found.when, f"{words} (by default: {default})"))
             found.is_enabled &= is_on
-        return found
+            holds = holds and (None if held is None else is_on)
+        return found if holds else found.copy(), holds
 
     # ------------------------------------------------------------------------------------------------ actions
 
@@ -223,7 +256,7 @@ class Walker(Substitutions):
 
     def _remap(self, made: Made, scope: Scope) -> None:
         source = self.text(made.argument(0, "src"), scope)
-        scope.remappings[source] = self.text(made.argument(1, "dst"), scope)
+        scope.remappings.setdefault(source, self.text(made.argument(1, "dst"), scope))  # the first holds
 
     def _parameter(self, made: Made, scope: Scope) -> None:
         scope.parameters[self.text(made.argument(0, "name"), scope)] = self.scalar(
@@ -247,7 +280,6 @@ class Walker(Substitutions):
             if isinstance(each, Made) and each.path.endswith("Source"):
                 path = each.argument(0, "launch_file_path", "location", "launch_description")
         text = self.text(path, scope)
-        inner = scope.copy()
         arguments = made.argument(-1, "launch_arguments")
         pairs = arguments.items if isinstance(arguments, Items) else []
         if isinstance(arguments, Table):
@@ -255,10 +287,11 @@ class Walker(Substitutions):
         for pair in pairs:
             if isinstance(pair, Items) and len(pair.items) == 2:
                 value = self.text(pair.items[1], scope)
-                inner.values[self.text(pair.items[0], scope)] = known_or_open(value)
+                scope.values[self.text(pair.items[0], scope)] = known_or_open(value)
         shown = text.rpartition("/")[2] if "{" not in text else f"open: {text}"
         self._add(Started(made.at, kind="include", included=shown), scope)
         if self.follows and self._depth < DEEPEST and "{" not in text:
+            inner = replace(scope)  # an included file sets arguments and namespaces for what follows, too
             self._depth += 1
             actions = self._include(text, inner)
             if actions is not None:
@@ -273,7 +306,8 @@ class Walker(Substitutions):
         kind = {"LifecycleNode": "lifecycle", "ComposableNodeContainer": "container"}.get(last, kind)
         found = self._started(made, scope, kind)
         self._add(found, scope)
-        self._components(made.argument(-1, "composable_node_descriptions"), found.name, scope)
+        self._containers[id(made)] = made, found
+        self._components(made.argument(-1, "composable_node_descriptions"), found.name, scope, found)
 
     def _load(self, made: Made, scope: Scope) -> None:
         target = made.argument(-1, "target_container")
@@ -282,15 +316,17 @@ class Walker(Substitutions):
             if isinstance(target, Made)
             else self.text(target, scope)
         )
-        self._components(made.argument(-1, "composable_node_descriptions"), name, scope)
+        _, within = self._containers.get(id(target), (None, None))
+        self._components(made.argument(-1, "composable_node_descriptions"), name, scope, within)
 
-    def _components(self, values: Value | None, container: str, scope: Scope) -> None:
+    def _components(self, values: Value | None, container: str, scope: Scope, within: Started | None) -> None:
         for each in values.items if isinstance(values, Items) else ():
             for made in options(each):
                 if isinstance(made, Made):
-                    found = self._started(made, self._under(made, scope), "component")
-                    found.container = container
-                    self._add(found, self._under(made, scope))
+                    under, _ = self._under(made, scope)
+                    found = self._started(made, under, "component")
+                    found.container, found.within = container, within
+                    self._add(found, under)
 
     def _started(self, made: Made, scope: Scope, kind: str) -> Started:
         namespace = scope.namespace
@@ -312,19 +348,31 @@ class Walker(Substitutions):
             found.parameters.append(dict(scope.parameters))
         found.parameters += self._values(made.keys.get("parameters"), scope)
         for pair in self._pairs(made.keys.get("remappings")):
-            found.remappings[self.text(pair[0], scope)] = self.text(pair[1], scope)
-        for argument in self._texts(made.keys.get("arguments"), scope):
-            source, is_remap, target = argument.partition(":=")
-            found.has_threads |= argument == "--use_multi_threaded_executor"
-            if is_remap and source == "__node":
-                found.name = target
-            elif is_remap and source == "__ns":
-                found.namespace = target
-            elif is_remap and not source.startswith("_"):
-                found.remappings[source] = target
-            elif argument not in ("--ros-args", "-r", "-p", "--"):
-                found.arguments.append(argument)
+            found.remappings.setdefault(self.text(pair[0], scope), self.text(pair[1], scope))
+        self._command_line(self._texts(made.keys.get("arguments"), scope), found)
+        self._command_line(["--ros-args", *self._texts(made.keys.get("ros_arguments"), scope)], found)
         return found
+
+    @staticmethod
+    def _command_line(arguments: Sequence[str], found: Started) -> None:
+        """Read arguments of a program: those of ROS are names, remappings and parameters."""
+        before = ""
+        for argument in arguments:
+            source, is_rule, target = argument.partition(":=")
+            found.has_threads |= argument == "--use_multi_threaded_executor"
+            if is_rule and before in ("-p", "--param"):
+                found.parameters.append({source: typed(target)})
+            elif before == "--params-file":
+                found.parameters.append(argument)
+            elif is_rule and source == "__node":
+                found.name = target
+            elif is_rule and source == "__ns":
+                found.namespace = target
+            elif is_rule and not source.startswith("_"):
+                found.remappings.setdefault(source, target)
+            elif argument not in _OF_ROS:
+                found.arguments.append(argument)
+            before = argument
 
     def _add(self, found: Started, scope: Scope) -> None:
         found.when, found.is_enabled, found.file = "; ".join(scope.when), scope.is_enabled, scope.file
@@ -361,6 +409,8 @@ class Walker(Substitutions):
         return found
 
 
+_OF_ROS = ("--ros-args", "-r", "--remap", "-p", "--param", "--params-file", "--")
+"""Arguments of the command line that say what the next one is."""
 _ACTIONS = {
     "DeclareLaunchArgument": "argument",
     "SetLaunchConfiguration": "set",

@@ -16,6 +16,8 @@ from dineros.sources.launch.substitutions import typed
 from dineros.sources.launch.yaml_text import Part, UnreadableError, parts_of
 from dineros.sources.places import Place
 
+_GROUPS = ("group", "timer")
+_CONTAINERS = ("node_container", "load_composable_node")
 Entity = tuple[str, dict[str, Any], list[Any], int]
 """An element: its tag, its attributes, its inner elements, its line."""
 
@@ -67,10 +69,10 @@ def _entity(tag: str, part: Part) -> Entity:
     if isinstance(part.value, list):
         inner = _entities(part)
     for key, value in part.value.items() if isinstance(part.value, dict) else ():
-        if isinstance(value.value, list) and tag in ("group", "node_container", "load_composable_node"):
-            inner += (
-                _entities(value) if tag == "group" else [_entity("composable_node", e) for e in value.value]
-            )
+        if isinstance(value.value, list) and tag in _GROUPS:
+            inner += _entities(value)
+        elif isinstance(value.value, list) and tag in _CONTAINERS and key == "composable_node":
+            inner += [_entity("composable_node", each) for each in value.value]
         elif isinstance(value.value, list):
             inner += [_entity(key, each) for each in value.value]
         else:
@@ -107,7 +109,11 @@ def _action(entity: Entity, path: str) -> Value:
     if tag in ("push_ros_namespace", "push-ros-namespace"):
         return made("PushRosNamespace", namespace=keys.get("namespace", Const("")))
     if tag == "group":
-        return made("GroupAction", actions=Items([_action(each, path) for each in inner]))
+        scoped = {key: keys[key] for key in ("scoped", "forwarding") if key in keys}
+        return made("GroupAction", actions=Items([_action(each, path) for each in inner]), **scoped)
+    if tag == "timer":
+        actions = Items([_action(each, path) for each in inner])
+        return made("TimerAction", period=keys.get("period", Const("")), actions=actions)
     if tag == "include":
         pairs: list[Value] = [
             Items([Const(e[1].get("name", "")), parsed(e[1].get("value", ""))])
@@ -191,7 +197,7 @@ def parsed(value: Any) -> Value:
         if start > end:
             found.append(Const(value[end:start]))
         word, _, rest = value[start + 2 : stop].strip().partition(" ")
-        found.append(_substitution(word, _unquoted(rest.strip())))
+        found.append(_substitution(word, rest.strip()))
         end = stop + 1
     if end < len(value):
         found.append(Const(value[end:]))
@@ -211,6 +217,23 @@ def _closing(text: str, start: int) -> int | None:
     return None
 
 
+def _words(text: str) -> list[str]:
+    """Return the arguments of a substitution: words, texts in quotes, and inner substitutions."""
+    found: list[str] = []
+    word, depth, quote = "", 0, ""
+    for letter in f"{text} ":
+        if not quote and not depth and letter.isspace():
+            found += [_unquoted(word)] if word else []
+            word = ""
+            continue
+        word += letter
+        if letter in "'\"" and quote in ("", letter):
+            quote = "" if quote else letter
+        elif not quote:
+            depth += {"(": 1, ")": -1}.get(letter, 0)
+    return found
+
+
 def _unquoted(text: str) -> str:
     """Return a text without the quotes around it."""
     if len(text) > 1 and text[0] == text[-1] and text[0] in "'\"":
@@ -220,11 +243,19 @@ def _unquoted(text: str) -> str:
 
 def _substitution(word: str, rest: str) -> Value:
     at = Place("", 0)
-    inner = parsed(rest)
+    inner = parsed(_unquoted(rest))
     names = {
         **{"var": "LaunchConfiguration", "find-pkg-share": "FindPackageShare", "eval": "PythonExpression"},
         **{"env": "EnvironmentVariable", "dirname": "ThisLaunchFileDir", "not": "NotSubstitution"},
+        **{"find-pkg-prefix": "FindPackagePrefix"},
     }
+    pairs = {
+        **{"and": "AndSubstitution", "or": "OrSubstitution"},
+        **{"equals": "EqualsSubstitution", "not-equals": "NotEqualsSubstitution"},
+    }
+    words = _words(rest)
+    if word in pairs and len(words) == 2:
+        return Made(f"launch.{pairs[word]}", [parsed(each) for each in words], {}, at)
     if word in names:
         args: list[Value] = [inner]
         if word == "env" and isinstance(inner, Const) and " " in str(inner.value):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fnmatch import fnmatchcase
+import re
 from typing import Any
 
 from dineros.sources.launch.yaml_text import UnreadableError, parts_of
@@ -40,13 +40,12 @@ def _collect(table: dict[str, Any], path: str, node: str, found: dict[str, Any])
 
 
 def _fits(pattern: str, node: str) -> bool:
-    """Return whether a key of the file matches a node: ``/**`` matches any namespaces, ``*`` one of them."""
-    pattern = pattern or "/"
-    if pattern.endswith("/**"):
-        return True if pattern == "/**" else node.startswith(f"{pattern[:-3]}/")
-    if pattern.startswith("/**/"):
-        return fnmatchcase(node, f"*/{pattern[4:]}")
-    return fnmatchcase(node, pattern)
+    """Return whether a key of the file matches a node: ``/**`` matches any namespaces, ``*`` one name."""
+    parts = [
+        ".*" if each == "**" else "[^/]*".join(map(re.escape, each.split("*"))) for each in pattern.split("/")
+    ]
+    text = "/".join(parts).replace("/.*", "(?:/[^/]+)*")
+    return re.fullmatch(text or "/", node) is not None
 
 
 def _flat(table: dict[str, Any], prefix: str) -> dict[str, Any]:

@@ -21,6 +21,9 @@ from dineros.sources.language.values import (
     is_none,
     text_of,
 )
+from dineros.sources.launch.python_text import worth
+
+_NAMESPACE = "ros_namespace"
 
 
 @dataclass
@@ -29,19 +32,30 @@ class Scope:
 
     Attributes
     ----------
-    values : dict of str to str
+    values : dict of str to Value
         Of launch arguments and other configurations.
-    namespace : str
+    remappings : dict of str to str
+        Of all nodes.
+    parameters : dict
         Of all nodes.
     """
 
     values: dict[str, Value] = field(default_factory=dict)
-    namespace: str = ""
     remappings: dict[str, str] = field(default_factory=dict)
     parameters: dict[str, Any] = field(default_factory=dict)
     when: tuple[str, ...] = ()
     is_enabled: bool = True
     file: str = ""
+
+    @property
+    def namespace(self) -> str:
+        """The namespace of all nodes; like ``launch_ros``, the scope keeps it among the configurations."""
+        pushed = self.values.get(_NAMESPACE)
+        return "" if pushed is None else hole(pushed)
+
+    @namespace.setter
+    def namespace(self, name: str) -> None:
+        self.values[_NAMESPACE] = Const(name)
 
     def copy(self) -> Scope:
         """Return a scope whose changes stay in it."""
@@ -51,6 +65,21 @@ class Scope:
             remappings=dict(self.remappings),
             parameters=dict(self.parameters),
         )
+
+    def may_become(self, other: Scope) -> None:
+        """Take over the changes of another scope that perhaps happen: what differs is unknown afterwards."""
+        for key in {**self.values, **other.values}:
+            old, new = self.values.get(key), other.values.get(key)
+            if (old and hole(old)) != (new and hole(new)):
+                said = [hole(each) for each in (old, new) if each is not None]
+                self.values[key] = Open(" or ".join(said) if len(said) == 2 else f"{said[0]} or nothing")
+        for source, target in other.remappings.items():
+            before = self.remappings.get(source, source)
+            if before != target:
+                self.remappings[source] = hole(Open(f"{before} or {target}"))
+        for name, value in other.parameters.items():
+            if name not in self.parameters or self.parameters[name] != value:
+                self.parameters[name] = hole(Open(f"perhaps {value}"))
 
 
 class Substitutions:
@@ -149,8 +178,8 @@ class Substitutions:
     def _expression(text: str) -> str:
         """Return the value of an expression over constants, without executing it."""
         try:
-            value = _worth(ast.parse(text.strip(), mode="eval").body, 0)
-        except (SyntaxError, ValueError, RecursionError, MemoryError, TypeError):
+            value = worth(ast.parse(text.strip(), mode="eval").body)
+        except (SyntaxError, ValueError, RecursionError, MemoryError, TypeError, ArithmeticError):
             return hole(Open(text))
         return str(value)
 
@@ -170,36 +199,6 @@ def typed(text: str) -> Any:
         except ValueError:
             continue
     return text
-
-
-def _worth(node: ast.expr, depth: int) -> Any:
-    """Return the value of a small expression; raises ValueError for anything else."""
-    if depth > 20:
-        raise ValueError
-    if isinstance(node, ast.Constant):
-        return node.value
-    if isinstance(node, ast.Name) and node.id in ("true", "false"):
-        return node.id == "true"
-    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
-        return not _worth(node.operand, depth + 1)
-    if isinstance(node, ast.BoolOp):
-        values = [_worth(each, depth + 1) for each in node.values]
-        return all(values) if isinstance(node.op, ast.And) else any(values)
-    if isinstance(node, ast.Compare) and len(node.ops) == 1:
-        left, right = _worth(node.left, depth + 1), _worth(node.comparators[0], depth + 1)
-        compared = {ast.Eq: left == right, ast.NotEq: left != right}
-        if type(node.ops[0]) in compared:
-            return compared[type(node.ops[0])]
-        if isinstance(node.ops[0], ast.In) and isinstance(right, (str, list)):
-            return left in right
-    if isinstance(node, ast.IfExp):
-        return _worth(node.body if _worth(node.test, depth + 1) else node.orelse, depth + 1)
-    if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add):
-        left, right = _worth(node.left, depth + 1), _worth(node.right, depth + 1)
-        return left + right
-    if isinstance(node, ast.List):
-        return [_worth(each, depth + 1) for each in node.elts]
-    raise ValueError
 
 
 def truth_of(text: str) -> bool | None:

@@ -292,10 +292,8 @@ class RosLibrary:
             for each in options(call.argument(0, "callback")):
                 self.machine.later(each, "parameters", fact, [Open("parameters")], id(fact))
             return NONE
-        if name == "get_name":
-            return Const(fact.name, "variable") if not is_open(fact.name) else Text("{node}")
-        if name == "get_namespace":
-            return Const(fact.namespace or "/", "parameter namespace")
+        if name in ("get_name", "get_namespace", "get_fully_qualified_name"):
+            return self.maker.own_name(fact, name)
         if name.startswith("destroy_") and name != "destroy_node":
             kind = name.removeprefix("destroy_")
             if self.doer.is_callback() or kind == "service":

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
-from dineros.sources.facts import OPEN, CallbackFact, Entity, NodeFact, is_open
+from dineros.sources.facts import NODE, OPEN, SPACE, CallbackFact, Entity, NodeFact, is_open
 from dineros.sources.language.machine import Machine
 from dineros.sources.language.values import (
     Const,
@@ -23,6 +24,7 @@ from dineros.sources.language.values import (
     Port,
     Response,
     RunningNode,
+    Text,
     Value,
     constant,
     is_none,
@@ -33,6 +35,7 @@ from dineros.sources.language.values import (
 from dineros.sources.libraries.arguments import alternatives, type_of
 from dineros.sources.libraries.quality import profile_of
 from dineros.sources.places import Place
+from dineros.sources.resolving import full_node_name
 
 NO_VARIABLE = "(no variable)"
 CONSTRUCTORS = ("constructor", "main", "thread", "module")
@@ -118,6 +121,17 @@ class Maker:
             if isinstance(each, Object) and each.node is not None:
                 return each.node
         return None
+
+    def own_name(self, fact: NodeFact, method: str) -> Value:
+        """Return what a node learns of its own name or namespace: a launch file changes it."""
+        own = replace(fact, name=self.given.get(NODE, fact.name))
+        own.namespace = self.given.get(SPACE, fact.namespace)
+        if method == "get_namespace":
+            space = own.namespace if is_open(own.namespace) else f"/{own.namespace.strip('/')}"
+            return Text(space) if is_open(space) else Const(space, "parameter namespace")
+        if is_open(own.name) or (is_open(own.namespace) and method == "get_fully_qualified_name"):
+            return Text("{node}")
+        return Const(own.name if method == "get_name" else full_node_name(own), "variable")
 
     def implicit(self, instance: Object, node: ast.AST, frame: Frame) -> NodeFact:
         """Return the node of an object that behaves like one, and whose base class is not in the folder."""

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from tests.fuzz import mutators
 from tests.fuzz.judging import REFUSED, Outcome, run_command
 from tests.sources.cpp.test_cpp_nodes import ROBOT
-from tests.sources.test_launch import IN_PYTHON, PACKAGE
+from tests.sources.launch.test_launch import IN_PYTHON, PACKAGE
 
 Attempt = Callable[[bytes], Outcome]
 BUDGET = ("--memory", "600M", "--timeout", "20")

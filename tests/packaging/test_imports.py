@@ -147,6 +147,7 @@ FOLDERS = {
             "places",
             "variables",
             "facts",
+            "resolving",
             "branches",
             "keeping",
             "alternatives",
@@ -159,7 +160,7 @@ FOLDERS = {
         *("ros_imports", "callbacks", "executables", "programs", "reading"),
     ],
     "sources/launch": [
-        *("yaml_text", "parameters", "substitutions", "description", "containers", "markup"),
+        *("yaml_text", "parameters", "python_text", "substitutions", "description", "containers", "markup"),
         *("reading", "vendors"),
     ],
     "sources/cpp": [

@@ -2,16 +2,31 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from dineros.sources.cpp.following.calls import Call
 from dineros.sources.cpp.following.statements import Statements
 from dineros.sources.cpp.values import Const, Items, Made, Obj, Open, Value, constant, node_in, shown
-from dineros.sources.facts import is_open
+from dineros.sources.facts import NODE, SPACE, NodeFact, is_open
+from dineros.sources.resolving import full_node_name
 
+_NAMES = ("get_name", "get_namespace", "get_fully_qualified_name")
 OWN_NAME = "the name of the node"
 """Stands for the name of a node in names of ports."""
 _DECLARE_OR_GET = ("declare_or_get_parameter", "declare_parameter_if_not_declared")
+
+
+def _own_name(machine: Statements, node: NodeFact, method: str) -> Value:
+    """Return what a node learns of its own name or namespace: a launch file changes it."""
+    own = replace(node, name=machine.given.get(NODE, node.name))
+    own.namespace = machine.given.get(SPACE, node.namespace)
+    if method == "get_namespace":
+        space = own.namespace
+        return Open(space, space) if is_open(space) else Const(f"/{space.strip('/')}")
+    if is_open(own.name) or (is_open(own.namespace) and method == "get_fully_qualified_name"):
+        return Open("the name of the node", f"{{{OWN_NAME}}}")
+    return Const(own.name if method == "get_name" else full_node_name(own))
 
 
 def parameter(machine: Statements, call: Call) -> Value | None:
@@ -24,12 +39,8 @@ def parameter(machine: Statements, call: Call) -> Value | None:
         on, args = (given[0] if given else on), args[first:]
     if not isinstance(on, Obj) or on.node is None:
         return None
-    if call.last in ("get_name", "get_fully_qualified_name") and not call.args:
-        return (
-            Const(on.node.name)
-            if not is_open(on.node.name)
-            else Open("the name of the node", f"{{{OWN_NAME}}}")
-        )
+    if call.last in _NAMES and not call.args and (machine.is_launched or call.last != "get_namespace"):
+        return _own_name(machine, on.node, call.last)
     if not args:
         return None
     name = shown(args[0])

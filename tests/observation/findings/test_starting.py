@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from dineros.observation.findings.code import code_findings
-from dineros.sources.reading import read_source
+from dineros.sources.reading import Launch, read_source
 
 PYTHON = """
 import sys, threading, time
@@ -238,3 +238,54 @@ int main() {
 """.replace("MAIN", main)
     )
     assert [rule for rule, _ in _rules(tmp_path)] == ["code-waits-unspun"] * expected
+
+
+FLEET = """
+from launch import LaunchDescription
+from launch_ros.actions import Node
+
+def generate_launch_description():
+    return LaunchDescription([
+        Node(package="p", executable="program0.py", name="a", namespace="left", remappings=[REMAPPINGS]),
+        Node(package="p", executable="program1.py", name="b", namespace="SPACE"),
+    ])
+"""
+
+
+@pytest.mark.parametrize(
+    ("space", "remappings", "is_stuck"),
+    [
+        *(("left", "", True), ("/left", "", True), ("right", "", False), ("left/inner", "", False)),
+        *(("left", '("b", "c")', False), ("right", '("b", "/right/b"), ("a", "/right/a")', True)),
+        ("right", '("b", "/right/b")', False),
+    ],
+)
+def test_names_in_namespaces_and_after_remappings_decide(
+    tmp_path: Path, space: str, remappings: str, is_stuck: bool
+) -> None:
+    order = ("ask", "wait", "serve")
+    _write(tmp_path, "py", _program("py", order, "a", "a", "b"), _program("py", order, "b", "b", "a"))
+    (tmp_path / "package.xml").write_text("<package><name>p</name></package>")
+    text = FLEET.replace("REMAPPINGS", remappings).replace("SPACE", space)
+    (tmp_path / "robot.launch.py").write_text(text)
+    facts = read_source(tmp_path, launch=Launch("robot.launch.py"))
+    assert len(facts.nodes) == 2 and facts.unread == []
+    found = [each for each in code_findings([(".", facts)]) if each.rule == "code-never-starts"]
+    assert [each.elements[0] for each in found] == (["a", "b"] if is_stuck else [])
+
+
+def test_another_process_of_the_same_program_creates_its_server_itself(tmp_path: Path) -> None:
+    """Each process waits for a server of the other, which creates it first."""
+    _write(tmp_path, "py", _program("py", ("serve", "ask", "wait"), "a", "a", "b"))
+    (tmp_path / "package.xml").write_text("<package><name>p</name></package>")
+    rule = 'Node(package="p", executable="program0.py", name="{0}", remappings=[("a", "{1}"), ("b", "{2}")]),'
+    later = _program("py", ("ask", "wait", "serve"), "a", "a", "b")
+    for program, is_stuck in ((None, False), (later, True)):
+        if program is not None:
+            (tmp_path / "program0.py").write_text(program)
+        nodes = rule.format("a", "x", "y") + rule.format("b", "y", "x")
+        text = FLEET.partition("        Node")[0] + f"        {nodes}\n    ])\n"
+        (tmp_path / "robot.launch.py").write_text(text)
+        facts = read_source(tmp_path, launch=Launch("robot.launch.py"))
+        found = [each for each in code_findings([(".", facts)]) if each.rule == "code-never-starts"]
+        assert [each.elements[0] for each in found] == (["a", "b"] if is_stuck else [])

@@ -37,7 +37,7 @@ def test_ports_come_from_the_table(tmp_path: Path) -> None:
     named = {node.name: node for node in facts.nodes}
     assert named.keys() == {"rplidar_node", "where", "camera"}
     assert named["rplidar_node"].remappings == {"scan": "/scan"}
-    assert named["where"].managed and named["camera"].program == "container box"
+    assert named["where"].managed and named["camera"].program == "container /box"
     assert [each.name for each in named["camera"].of("publishers")] == ["image_raw", "camera_info"]
     assert facts.unread == ["robot.launch.xml:5: mine/unknown is not in this folder"]
     code = coded([(".", facts)], "robot")
