@@ -41,7 +41,10 @@ FAULTS = {
 }
 """All of them, by name."""
 
-_CALLED = ("subscription", "timer", "service", "goal", "cancel", "accepted", "done callback", "feedback")
+_CALLED = (
+    *("subscription", "timer", "service", "goal", "cancel", "accepted", "done callback", "feedback"),
+    "transition",
+)
 """Kinds of callbacks that an executor runs in turn."""
 _SPINS = (
     "rclpy before July 2024 (ros2/rclpy#1316) removes the node from its executor permanently; "

@@ -82,6 +82,16 @@ FAULTS = {
 ENDS = frozenset({UNHEARD.rule, UNFILLED.rule, UNSERVED.rule, NEAR.rule})
 """Rules for names with one end only."""
 
+_EACH_SERVES = (
+    *("describe_parameters", "get_parameters", "get_parameter_types", "list_parameters"),
+    *("set_parameters", "set_parameters_atomically"),
+)
+"""Services that the library makes for each node."""
+_MANAGED_SERVES = (
+    *("change_state", "get_state", "get_available_states", "get_available_transitions"),
+    "get_transition_graph",
+)
+"""Services that the library makes for each managed node."""
 _NEAR = 0.8
 """Least similarity of two names that nearly match, by `difflib.SequenceMatcher`; 1: equal."""
 _MOST_COMPARED = 200
@@ -189,6 +199,11 @@ def _of_types(name: str, ends: Iterable[tuple[ObservedNode, TopicEndpoint | Endp
 
 
 def _of_services(system: ObservedSystem) -> Iterator[Finding]:
+    by_library = {
+        f"{node.name}/{service}"
+        for node in system.nodes
+        for service in (*_EACH_SERVES, *(_MANAGED_SERVES if node.lifecycle is not None else ()))
+    }
     for servers, clients in (("servers", "clients"), ("action_servers", "action_clients")):
         served, called = _by_name(system, servers), _by_name(system, clients)
         for name in sorted({*served, *called}):
@@ -196,7 +211,11 @@ def _of_services(system: ObservedSystem) -> Iterator[Finding]:
             if len(served[name]) > 1:
                 nodes = [node.name for node, _ in served[name]]
                 yield SERVERS.found(name, *nodes, name=name, nodes=listed(nodes))
-        unserved = {name: _names(ends) for name, ends in called.items() if ends and not served[name]}
+        unserved = {
+            name: _names(ends)
+            for name, ends in called.items()
+            if ends and not served[name] and name not in by_library
+        }
         uncalled = {name: _names(ends) for name, ends in served.items() if ends and not called[name]}
         yield from _of_names(uncalled, unserved)
         for name, nodes in sorted(unserved.items()):

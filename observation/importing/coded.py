@@ -23,6 +23,7 @@ from dineros.observation.systems import Endpoint, ObservedNode, ObservedSystem, 
 from dineros.sources.alternatives import taken_of, types_of
 from dineros.sources.facts import CallbackFact, Entity, Facts, NodeFact, is_open
 from dineros.sources.interfaces import Interfaces
+from dineros.sources.libraries.lifecycles import AT_ANY_TIME, waits_in_transition, with_transitions
 from dineros.sources.places import Place, located
 from dineros.sources.resolving import full_name_of, full_node_name
 
@@ -86,7 +87,10 @@ def coded(read: Iterable[tuple[str, Facts]], source: str) -> Coded:
     taken = Taken()
     kept: list[tuple[NodeFact, str]] = []
     read = list(read)
-    coded_nodes = [_CodedNode(fact, taken, folder) for folder, facts in read for fact in facts.nodes]
+    coded_nodes = [
+        _CodedNode(with_transitions(fact), taken, folder) for folder, facts in read for fact in facts.nodes
+    ]
+    _lack_transitions(coded_nodes, taken)
     types = types_of(each.names for each in coded_nodes)
     named = [(one.fact, one.names) for one in coded_nodes]
     interfaces = Interfaces()
@@ -116,6 +120,19 @@ def coded(read: Iterable[tuple[str, Facts]], source: str) -> Coded:
     lacks = (*unread(read), *taken.lacks)
     programs = {name: fact.program or name for fact, name in kept}
     return Coded(system, Given(given, deciding=deciding), taken.lines, apart, lacks, programs)
+
+
+def _lack_transitions(nodes: Iterable[_CodedNode], taken: Taken) -> None:
+    """Name clients of transitions that wait themselves: in the model, the response comes at any time."""
+    nodes = list(nodes)
+    clients = {name: one.name for one in nodes for each, name in one.names.items() if each.kind == "clients"}
+    for one in nodes:
+        client = clients.get(f"{one.name}/change_state")
+        waiting = [each for each in one.fact.callbacks if waits_in_transition(each)]
+        if client is not None and one.fact.managed and waiting:
+            names = ", ".join(each.name for each in waiting)
+            words = f"{client} requests transitions of {one.name}, and {names} waits, too; in the model, "
+            taken.lack(f"{one.at(waiting[0].at)}: {words}the response may come before that")
 
 
 def unread(read: Iterable[tuple[str, Facts]]) -> tuple[str, ...]:
@@ -368,9 +385,14 @@ class _CodedNode:
         callbacks: dict[str, GivenCallback],
     ) -> None:
         fact = entity.callbacks.get("callback")
-        name = free_name(re.sub(r"\W+", "_", fact.name if fact is not None else "timer").strip("_"), timers)
+        said = fact.name if fact is not None else "timer"
+        said = said.removeprefix("on_") if entity.details.get("period") == AT_ANY_TIME else said
+        name = free_name(re.sub(r"\W+", "_", said).strip("_"), timers)
         period = entity.details.get("period")
-        if not isinstance(period, (int, float)) or not 0 < period < 1e9:
+        if period == AT_ANY_TIME:
+            period = 1.0
+            self._open_timers.add(name)
+        elif not isinstance(period, (int, float)) or not 0 < period < 1e9:
             self._taken.add(f"{self.at(entity.at)}: the period of a timer is {period}; 1 s is assumed")
             period = 1.0
             self._open_timers.add(name)

@@ -73,6 +73,14 @@ def test_services() -> None:
     assert "names-near" in messages
 
 
+def test_services_that_the_library_makes_are_served() -> None:
+    names = ("/a/change_state", "/a/get_parameters", "/b/change_state", "/c/get_parameters")
+    clients = tuple(trigger(name) for name in names)
+    nodes = (ObservedNode("/a", lifecycle="unconfigured"), ObservedNode("/b", clients=clients))
+    unserved = [each for each in mismatches(ObservedSystem("test", nodes)) if each.rule == "service-unserved"]
+    assert [each.elements[0] for each in unserved] == ["/b/change_state", "/c/get_parameters"]
+
+
 def test_types_that_differ() -> None:
     messages = found(
         ObservedNode("/a", publishers=(port("/x"),)),
