@@ -33,6 +33,8 @@ def is_open(value: object) -> bool:
 WHILE_READING = {"is_kept": False}
 """Metadata of a field that has a meaning only while code is read."""
 
+TRANSFORM = "a transform"
+"""What a lookup in a buffer of tf2 waits for."""
 NODE, SPACE = "__node", "__ns"
 """Arguments of a program with the name and the namespace of its nodes, next to values of parameters."""
 HELD = "held already"

@@ -10,6 +10,8 @@ from dineros.observation.findings.losing import FAULTS as OF_LOSSES
 from dineros.observation.findings.losing import losses, said
 from dineros.observation.findings.starting import FAULTS as OF_STARTS
 from dineros.observation.findings.starting import starts
+from dineros.observation.findings.transforms import FAULTS as OF_TRANSFORMS
+from dineros.observation.findings.transforms import lookups
 from dineros.sources.facts import HELD, CallbackFact, Effect, Facts, NodeFact, is_open
 from dineros.sources.places import Place, located
 
@@ -37,7 +39,19 @@ MAKES = Fault("code-makes-clients", "note", "A callback creates a client in each
 
 FAULTS = {
     fault.rule: fault
-    for fault in (SLEEPS, WAITS, SPINS, LOOPS, HOLDS, OWN, IGNORES, MAKES, *OF_LOSSES, *OF_STARTS)
+    for fault in (
+        SLEEPS,
+        WAITS,
+        SPINS,
+        LOOPS,
+        HOLDS,
+        OWN,
+        IGNORES,
+        MAKES,
+        *OF_LOSSES,
+        *OF_STARTS,
+        *OF_TRANSFORMS,
+    )
 }
 """All of them, by name."""
 
@@ -72,6 +86,9 @@ def code_findings(read: Iterable[tuple[str, Facts]]) -> list[Finding]:
         for node in facts.nodes:
             for callback in node.callbacks:
                 found += [_at(place, folder, finding) for place, finding in _endless(callback, node)]
+                if _holds_others_up(callback, node) or callback.kind == "constructor":
+                    vain = lookups(callback, node, said(callback, node), _group)
+                    found += [_at(place, folder, finding) for place, finding in vain]
                 if _holds_others_up(callback, node):
                     of_callback = _of_callback(callback, node)
                     found += [_at(place, folder, finding) for place, finding in of_callback]

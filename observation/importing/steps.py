@@ -8,7 +8,7 @@ from dataclasses import replace
 from dineros.observation.importing.assuming import Taken
 from dineros.observation.importing.flows.goals import acceptance_after, waits_for_goal
 from dineros.observation.importing.flows.labels import Deciding, Step
-from dineros.sources.facts import CallbackFact, Effect, Entity
+from dineros.sources.facts import TRANSFORM, CallbackFact, Effect, Entity
 from dineros.sources.places import located
 
 _TIMES = {"always": "", "conditional": "?", "in a loop": "*"}
@@ -62,7 +62,8 @@ class Behaviour:
         found: list[Step] = []
         for effect in fact.effects:
             at = located(effect.at, self._folder)
-            if effect.do == "wait":
+            is_short = effect.what == TRANSFORM and not effect.is_repeated  # it ends by itself
+            if effect.do == "wait" and not is_short:
                 self._taken.lack(
                     f"{at}: waits for {effect.what} ({effect.how}); in the model it continues at once"
                 )

@@ -15,6 +15,7 @@ from dineros.sources.cpp.interpreting.lists import items
 from dineros.sources.cpp.interpreting.loading import loaded
 from dineros.sources.cpp.interpreting.naming import SUB_SPACE
 from dineros.sources.cpp.interpreting.parameters import parameter
+from dineros.sources.cpp.interpreting.transforms import BUFFER, look_up
 from dineros.sources.cpp.parsing import arguments_of, arguments_of_scope, text_of
 from dineros.sources.cpp.ports import SELF, Ports
 from dineros.sources.cpp.quality import CHAINED, PRESETS, changed
@@ -278,6 +279,8 @@ class Ros(Ports):
         found = self.waiting.method(call, on)
         if found is not None:
             return found
+        if path == BUFFER:
+            return look_up(self.machine, call, on)
         if path.endswith("Rate") and last == "sleep":
             rate = constant(on.args[0]) if on.args else None
             if isinstance(on.args[0] if on.args else None, Seconds):

@@ -345,6 +345,8 @@ class Maker:
         args = dict(zip(known.arguments, others, strict=False))
         if "remote" in known.arguments and owner.node is not None:
             args.setdefault("remote", Const(owner.node.name))
+        spins = args.get("spin_thread", Const(True))
+        is_apart = "spin_thread" in known.arguments and constant(spins) is not False
         topic = shown(args["topic"]) if "topic" in args else ""
         if topic and not is_open(topic):  # image_transport: a camera has two topics of one namespace
             args["info"] = Const(f"{topic.rpartition('/')[0]}/camera_info" if "/" in topic else "camera_info")
@@ -369,6 +371,8 @@ class Maker:
                 entity.details["period"] = _period(entry, args)
             if "publishes" in entry:
                 publish_at_each_tick(entity, made[entry["publishes"]])
+            if is_apart:
+                entity.details["thread"] = "its own"
             if entry["kind"] != "publishers":
                 entity.details.setdefault("group", "default")
             if "callback" in entry and "callback" in args:

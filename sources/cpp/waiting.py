@@ -152,8 +152,13 @@ def _texts(node: Node) -> Iterator[str]:
 def is_repeated_until_true(call: Node) -> bool:
     """Return whether a ``while`` loop repeats a call until it returns true, or until shutdown."""
     test = call.parent
-    loop = test.parent.parent if test is not None and test.parent is not None else None
-    if test is None or not text_of(test).startswith("!") or loop is None or loop.type != "while_statement":
+    if test is None or not text_of(test).startswith("!"):
+        return False
+    loop = test.parent
+    while loop is not None and loop.type == "binary_expression" and "ok() &&" in text_of(loop):
+        loop = loop.parent  # until shutdown, too
+    loop = loop.parent if loop is not None else None
+    if loop is None or loop.type != "while_statement":
         return False
     body = loop.child_by_field_name("body")
     todo = [body] if body is not None else []

@@ -46,29 +46,37 @@ def why_endless(node: ast.While) -> str:
     return "the conditions of its exits do not depend on anything that the loop changes"
 
 
-_SERVERS = ("wait_for_service", "wait_for_server")
+SERVERS = ("wait_for_service", "wait_for_server")
 """Methods of clients that wait until a server is there; they return whether it is."""
+TRANSFORMS = ("can_transform", "can_transform_full")
+"""Methods of a buffer that return whether a transform is there."""
 
 
-def waits_for_server(node: ast.While) -> bool:
-    """Return whether a loop ends only once a server is there, or at shutdown.
+def _awaited(test: ast.expr) -> ast.expr | None:
+    """Return what the test of a loop waits for: ``x`` of ``not x`` or ``rclpy.ok() and not x``."""
+    if isinstance(test, ast.BoolOp) and isinstance(test.op, ast.And):
+        rest = [each for each in test.values if not ast.unparse(each).endswith("ok()")]
+        return _awaited(rest[0]) if len(rest) == 1 else None
+    return test.operand if isinstance(test, ast.UnaryOp) and isinstance(test.op, ast.Not) else None
+
+
+def waits_for(node: ast.While, methods: tuple[str, ...] = SERVERS) -> ast.Attribute | None:
+    """Return the method of a loop that ends only once it returns true, or at shutdown.
+
+    None: it may end otherwise.
 
     Examples
     --------
-    >>> waits_for_server(ast.parse("while not c.wait_for_service(1.0): print('waiting')").body[0])
-    True
-    >>> waits_for_server(ast.parse("while not c.wait_for_service(1.0): break").body[0])
-    False
+    >>> loop = ast.parse("while ok() and not c.wait_for_service(1.0): print('waiting')").body[0]
+    >>> ast.unparse(waits_for(loop))
+    'c.wait_for_service'
+    >>> waits_for(ast.parse("while not c.wait_for_service(1.0): break").body[0])
     """
-    test = (
-        node.test.operand
-        if isinstance(node.test, ast.UnaryOp) and isinstance(node.test.op, ast.Not)
-        else None
-    )
+    test = _awaited(node.test)
     if not (
-        isinstance(test, ast.Call) and isinstance(test.func, ast.Attribute) and test.func.attr in _SERVERS
+        isinstance(test, ast.Call) and isinstance(test.func, ast.Attribute) and test.func.attr in methods
     ):
-        return False
+        return None
     todo: list[ast.AST] = list(node.body)
     while todo:
         part = todo.pop()
@@ -77,7 +85,7 @@ def waits_for_server(node: ast.While) -> bool:
         elif isinstance(part, (ast.Break, ast.Return, ast.Raise)) or (
             isinstance(part, ast.Call) and ast.unparse(part.func).rpartition(".")[2] in ("exit", "_exit")
         ):
-            return False
+            return None
         else:
             todo += ast.iter_child_nodes(part)
-    return True
+    return test.func

@@ -75,6 +75,9 @@ class Idioms:
         if fact is not None:
             for number, entry in enumerate(idiom.makes):
                 entities += self._entities(entry, number, fact, given, made, entities, node, frame)
+        spins = given.get("spin_thread")
+        for entity in entities if spins is not None and constant(spins) is not False else ():
+            entity.details["thread"] = "its own"
         holder: Value = (
             RunningNode(fact) if idiom.node is not None and fact is not None and instance is None else made
         )

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable
 from collections.abc import Mapping as AnyMapping
 
-from dineros.sources.facts import NodeFact, is_open
+from dineros.sources.facts import TRANSFORM, NodeFact, is_open
 from dineros.sources.language.constants import call_built_in
 from dineros.sources.language.gathering import OF_ROS2
 from dineros.sources.language.machine import Machine
@@ -41,6 +41,7 @@ from dineros.sources.libraries.doing import Doer, Keys, seconds
 from dineros.sources.libraries.executors import Executors
 from dineros.sources.libraries.idioms import Idiom
 from dineros.sources.libraries.making import CREATES, Maker
+from dineros.sources.libraries.transforms import BUFFERS, timeout_of
 
 _NODES = ("Node", "LifecycleNode", "ManagedNode")
 _ALWAYS_SET = frozenset(("ROS_DISTRO", "HOME", "USER", "PATH", "PWD", "HOSTNAME", "SHELL"))
@@ -322,6 +323,13 @@ class RosLibrary:
             return call_parser(self.machine, value, name, args, keys, self.maker.arguments)
         if value.path.startswith("launch"):
             return self._of_launch(value, name, args)
+        if value.path in BUFFERS:
+            timeout = timeout_of(name, Made(name, args, keys, value.at))
+            if timeout is not None:
+                limit = timeout if isinstance(timeout, float) else None
+                words = "time-out open" if limit is None else f"time-out {limit:g} s"
+                self.machine.effect("wait", TRANSFORM, node, frame, words, timeout=limit)
+            return None
         if value.path == "rclpy.timer.Rate" and name == "sleep":
             rate = seconds(value.argument(0, "frequency"))
             what = f"{1 / rate:g}" if rate else "open"

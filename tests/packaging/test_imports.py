@@ -165,10 +165,12 @@ FOLDERS = {
     ],
     "sources/cpp": [
         *("parsing", "declarators", "tables", "index", "values", "operations", "quality", "following"),
-        *("keeping", "binding", "interpreting"),
-        *("making", "left_out", "waiting", "ports", "doing", "replaced", "programs"),
+        *("keeping", "binding", "waiting", "interpreting"),
+        *("making", "left_out", "ports", "doing", "replaced", "programs"),
     ],
-    "sources/cpp/interpreting": ["parameters", "naming", "lists", "formatting", "generated", "loading"],
+    "sources/cpp/interpreting": [
+        *("parameters", "naming", "lists", "formatting", "generated", "loading", "transforms"),
+    ],
     "sources/cpp/following": [
         *("durations", "answers", "reach", "reached", "ways", "machine", "expressions", "routines", "calls"),
         *("fields", "loops", "choices", "statements", "overriding"),

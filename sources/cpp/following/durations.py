@@ -27,7 +27,7 @@ def duration(path: str, template: str, args: list[Value]) -> Value | None:
     if last == "duration" and "chrono" in path:
         found = [UNITS[each] for each in re.findall(r"\w+", template) if each in UNITS]
         return value if isinstance(value, Seconds) else _times(value, found[0] if found else 1.0)
-    if path in ("rclcpp::Duration::from_seconds", "Duration::from_seconds"):
+    if path in ("rclcpp::Duration::from_seconds", "Duration::from_seconds", "tf2::durationFromSec"):
         return _times(value, 1.0)
     if path == "rclcpp::Duration::from_nanoseconds":
         return _times(value, 1e-9)

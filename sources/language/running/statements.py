@@ -7,8 +7,9 @@ import copy
 from collections.abc import Callable
 
 from dineros.sources.branches import Anything, Attempt, Branch, Condition, Leave, Loop, Turns
+from dineros.sources.facts import TRANSFORM
 from dineros.sources.language.attributes import Written
-from dineros.sources.language.endings import waits_for_server, why_endless
+from dineros.sources.language.endings import TRANSFORMS, waits_for, why_endless
 from dineros.sources.language.machine import BREAKS, CONTINUES, FALLS, RAISES, RETURNS, Activity
 from dineros.sources.language.modules import text_of_code
 from dineros.sources.language.operations import Verdict
@@ -328,11 +329,17 @@ class Statements(Matching):
         return ends
 
     def _repeats(self, node: ast.While, frame: Frame) -> None:
-        """Record that a loop repeats a wait for a server until the server is there."""
+        """Record that a loop repeats a wait for a server or a transform until it is there."""
         at = self.place(node, frame)
-        for effect in self.activity.fact.effects if waits_for_server(node) else ():
+        for effect in self.activity.fact.effects if waits_for(node) is not None else ():
             if effect.at == at and effect.do.startswith("wait_for_"):
                 effect.is_repeated = True
+        asked = waits_for(node, TRANSFORMS)
+        if asked is None or isinstance(asked.value, ast.Call) or "spin" in ast.unparse(node):
+            return  # spinning in the loop may receive it
+        for value in options(self.evaluate(asked.value, frame)):
+            if isinstance(value, Made) and value.path.endswith("Buffer"):
+                self.effect("wait", TRANSFORM, node, frame, "polled, without time-out").is_repeated = True
 
     def _polls(self, node: ast.While, frame: Frame) -> None:
         """Record that a loop waits for a future that it tests repeatedly."""
