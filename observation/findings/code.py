@@ -57,9 +57,10 @@ FAULTS = {
 
 _CALLED = (
     *("subscription", "timer", "service", "goal", "cancel", "accepted", "done callback", "feedback"),
-    "transition",
+    *("transition", "parameters"),
 )
 """Kinds of callbacks that an executor runs in turn."""
+_THROWS = "rclcpp throws an exception, as the node is in an executor already"
 _SPINS = (
     "rclpy before July 2024 (ros2/rclpy#1316) removes the node from its executor permanently; "
     "later ones still never run what is in the callback's own group"
@@ -135,7 +136,8 @@ def _of_callback(callback: CallbackFact, node: NodeFact) -> Iterator[tuple[Place
             words = f"waits without time-out for the {what} of {effect.what}: forever, if it is missing"
             yield finding(WAITS, effect, words)
         elif effect.do in ("spin", "spin_once", "spin_until"):
-            words = f"spins ({effect.do}{where}) while its executor runs it: {_SPINS}"
+            outcome = _SPINS if effect.at.file.endswith(".py") else _THROWS
+            words = f"spins ({effect.do}{where}) while its executor runs it: {outcome}"
             yield finding(SPINS, effect, words)
         elif effect.do == "loop" and effect.how:
             yield finding(LOOPS, effect, f"may loop forever ({effect.what}): {effect.how}")

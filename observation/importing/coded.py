@@ -23,7 +23,7 @@ from dineros.observation.systems import Endpoint, ObservedNode, ObservedSystem, 
 from dineros.sources.alternatives import taken_of, types_of
 from dineros.sources.facts import CallbackFact, Entity, Facts, NodeFact, is_open
 from dineros.sources.interfaces import Interfaces
-from dineros.sources.libraries.lifecycles import AT_ANY_TIME, waits_in_transition, with_transitions
+from dineros.sources.libraries.requested import AT_ANY_TIME, waits_in_transition, with_requested
 from dineros.sources.places import Place, located
 from dineros.sources.resolving import full_name_of, full_node_name
 
@@ -31,7 +31,8 @@ _MIDDLEWARE = ("system default", "best available")
 """Qualities that the middleware decides."""
 MAIN = "main"
 """Name of the timer that represents the actions of a node outside of callbacks."""
-_OUTSIDE = ("constructor", "main", "thread", "parameters")
+_ASK = ("clients", "action_clients")
+_OUTSIDE = ("constructor", "main", "thread")
 """Kinds of code that runs outside of callbacks."""
 
 
@@ -88,7 +89,7 @@ def coded(read: Iterable[tuple[str, Facts]], source: str) -> Coded:
     kept: list[tuple[NodeFact, str]] = []
     read = list(read)
     coded_nodes = [
-        _CodedNode(with_transitions(fact), taken, folder) for folder, facts in read for fact in facts.nodes
+        _CodedNode(with_requested(fact), taken, folder) for folder, facts in read for fact in facts.nodes
     ]
     _lack_transitions(coded_nodes, taken)
     types = types_of(each.names for each in coded_nodes)
@@ -211,7 +212,7 @@ class _CodedNode:
 
     def _kept(self, kind: str) -> Iterable[tuple[Entity, str]]:
         for entity in self.fact.of(kind):
-            if not entity.is_enabled:
+            if not entity.is_enabled or (kind in _ASK and self._is_idle(entity)):
                 continue
             name = self.names.get(entity)
             several = re.match(r"open: (\w+/(?:msg|srv|action)/\w+) or ", entity.type)
@@ -237,6 +238,14 @@ class _CodedNode:
                 )
             else:
                 yield entity, name
+
+    def _is_idle(self, client: Entity) -> bool:
+        """Return whether a library made a client that no code uses, such as one of those for parameters."""
+        if not client.details.get("via") or client.is_lent:
+            return False
+        return not any(each.is_open for each in self.fact.callbacks) and not any(
+            effect.entity is client for each in self.fact.callbacks for effect in each.effects
+        )
 
     def _topics(self, kind: str) -> Iterable[TopicEndpoint]:
         for entity, name in self._kept(kind):

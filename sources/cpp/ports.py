@@ -129,7 +129,9 @@ class Ports:
         entity = on.extra[number] if isinstance(number, int) and number < len(on.extra) else on.entity
         if known.get("do") == "wait_for_service":
             return self._wait_for(call, on)
-        how = "async" if known.get("do") == "call" else ""
+        how = str(known.get("how", "async" if known.get("do") == "call" else ""))
+        if how == "spin-until" and self.machine.role not in ("main", "constructor"):
+            self.machine.does("spin_until", "the node", call.node, call.frame, "to get the response")
         effect = self.machine.does(str(known.get("do", "")), entity.port, call.node, call.frame, how, entity)
         return Made("future", effect=effect)
 

@@ -1,4 +1,4 @@
-"""Callbacks of the transitions of managed nodes run at any time, in the default group of their node."""
+"""Callbacks that services of the library run: at any time, in the default group of their node."""
 
 from __future__ import annotations
 
@@ -115,3 +115,73 @@ def test_a_transition_holds_others_up(tmp_path: Path, configure: str, rule: str)
     read(tmp_path, "driver.py", configure)
     found = code_findings([(".", read_source(tmp_path))])
     assert [(each.rule, each.elements) for each in found] == [(rule, ("driver", "on_configure"))]
+
+
+TUNER = """
+import rclpy
+from rclpy.node import Node
+from rclpy.parameter_client import AsyncParameterClient
+from rcl_interfaces.msg import SetParametersResult
+from std_srvs.srv import Trigger
+
+class Tuner(Node):
+    def __init__(self):
+        super().__init__("tuner")
+        self.apply = self.create_client(Trigger, "apply")
+        self.others = AsyncParameterClient(self, "motor")
+        self.add_on_set_parameters_callback(self.on_set)
+        self.create_timer(1.0, self.tick)
+    def on_set(self, parameters):
+        ON_SET
+        return SetParametersResult(successful=True)
+    def tick(self):
+        self.others.get_parameters(["gain"])
+
+rclpy.init()
+rclpy.spin(Tuner())
+"""
+
+
+@pytest.mark.parametrize(("on_set", "is_callback"), [("self.apply.call(None)", True), ("pass", False)])
+def test_what_checks_new_parameters_is_a_callback(tmp_path: Path, on_set: str, is_callback: bool) -> None:
+    (tmp_path / "tuner.py").write_text(TUNER.replace("ON_SET", on_set))
+    tuner = coded([(".", read_source(tmp_path))], "test").given.nodes["/tuner"]
+    assert set(tuner.timers or ()) == ({"set", "tick"} if is_callback else {"tick"})
+    if is_callback:
+        assert [each.verb for each in tuner.callbacks["set"].does or ()] == ["call"]
+        assert tuner.callbacks["set"].group is None and tuner.open_timers == {"set"}
+
+
+def test_clients_of_a_library_that_nothing_uses_are_left_out(tmp_path: Path) -> None:
+    (tmp_path / "tuner.py").write_text(TUNER.replace("ON_SET", "pass"))
+    (node,) = coded([(".", read_source(tmp_path))], "test").system.nodes
+    assert [each.name for each in node.clients] == ["/apply", "/motor/get_parameters"]
+
+
+SYNC = """
+#include <rclcpp/rclcpp.hpp>
+using namespace std::chrono_literals;
+class Tuner : public rclcpp::Node {
+ public:
+  Tuner() : Node("tuner") {
+    client_ = std::make_shared<rclcpp::CLIENT>(this, "motor");
+    timer_ = create_wall_timer(1s, [this]() { auto found = client_->get_parameters({"gain"}); });
+  }
+  std::shared_ptr<rclcpp::CLIENT> client_;
+  rclcpp::TimerBase::SharedPtr timer_;
+};
+int main() { rclcpp::init(0, nullptr); rclcpp::spin(std::make_shared<Tuner>()); }
+"""
+
+
+@pytest.mark.parametrize(
+    ("client", "rules"), [("SyncParametersClient", ["code-spins"]), ("AsyncParametersClient", [])]
+)
+def test_a_synchronous_client_of_parameters_spins_the_node(
+    tmp_path: Path, client: str, rules: list[str]
+) -> None:
+    pytest.importorskip("tree_sitter_cpp")
+    (tmp_path / "tuner.cpp").write_text(SYNC.replace("CLIENT", client))
+    found = code_findings([(".", read_source(tmp_path))])
+    assert [each.rule for each in found] == rules
+    assert all("rclcpp throws" in each.message for each in found)
