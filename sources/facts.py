@@ -35,8 +35,10 @@ WHILE_READING = {"is_kept": False}
 
 TRANSFORM = "a transform"
 """What a lookup in a buffer of tf2 waits for."""
+
 NODE, SPACE = "__node", "__ns"
 """Arguments of a program with the name and the namespace of its nodes, next to values of parameters."""
+
 HELD = "held already"
 """The way of taking a lock that the same callback already holds and that is not recursive."""
 

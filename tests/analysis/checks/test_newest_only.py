@@ -98,6 +98,6 @@ def test_a_queue_overflows_also_if_there_is_no_time_to_show_it(monkeypatch: pyte
     lost = [each for each in report.findings if each.rule == "queue-overflow"]
     assert [each.elements[1] for each in lost] == ["Heard", "Said"]
     assert [each.witness for each in lost] == [None, None]
-    assert not any("overflow" in each.text for each in report.unknown)
+    assert not any("overflow" in each.question for each in report.unknown)
     shown = check(news(newest=False)).findings
     assert all(each.witness is not None for each in shown if each.rule == "queue-overflow")

@@ -7,7 +7,7 @@ import random
 import pytest
 
 from dineros.analysis.nets.compiled import CompiledNet, Transition
-from dineros.analysis.nets.witness import can_fire, replay
+from dineros.analysis.nets.witness import FiringRows, can_fire, replay
 from dineros.analysis.witnesses import rounds
 from dineros.analysis.witnesses.folding import in_rounds, lines_of
 from dineros.analysis.witnesses.rounds import LEAST_LINES, repeating_way
@@ -57,14 +57,14 @@ def test_a_history_is_filled_by_one_of_the_turns(seed: int) -> None:
 def test_the_search_for_rounds_in_a_long_run_has_a_limit(monkeypatch: pytest.MonkeyPatch) -> None:
     """A run of 6 000 firings has 1.6 million parts; each may cost 24 firings."""
     fired = 0
-    fire = rounds.FiringRows.fire
+    fire = FiringRows.fire
 
-    def counted(self: rounds.FiringRows, transition: int, marking: list[int]) -> bool:
+    def counted(self: FiringRows, transition: int, marking: list[int]) -> bool:
         nonlocal fired
         fired += 1
         return fire(self, transition, marking)
 
-    monkeypatch.setattr(rounds.FiringRows, "fire", counted)
+    monkeypatch.setattr(FiringRows, "fire", counted)
     rng = random.Random(3)
     turns = [FIRST_TURN + rng.randrange(TURNS) for _ in range(3_000)]
     way = [step for at, turn in enumerate(turns) for step in (turn, TAKE if at < DEPTH else LOSE)]
