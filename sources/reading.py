@@ -22,7 +22,7 @@ from dineros.sources.launch.reading import LaunchFiles
 from dineros.sources.launch.vendors import vendor_node
 from dineros.sources.libraries.idioms import known_idioms, read_idioms
 from dineros.sources.packages import packages_of
-from dineros.sources.programs import Reading, read_programs, run_program, tests_with_ros
+from dineros.sources.programs.running import Reading, read_programs, run_program, tests_with_ros
 
 
 @dataclass(frozen=True)

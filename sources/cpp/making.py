@@ -35,7 +35,7 @@ from dineros.sources.cpp.values import (
     shown,
 )
 from dineros.sources.facts import CallbackFact, Entity, NodeFact, is_open
-from dineros.sources.libraries.own_timers import publish_at_each_tick
+from dineros.sources.libraries.idioms import publish_at_each_tick
 
 if TYPE_CHECKING:
     from tree_sitter import Node

@@ -25,9 +25,8 @@ from dineros.sources.language.values import (
 )
 from dineros.sources.libraries.arguments import type_of
 from dineros.sources.libraries.doing import Doer
-from dineros.sources.libraries.idioms import Idiom
+from dineros.sources.libraries.idioms import Idiom, publish_at_each_tick
 from dineros.sources.libraries.making import NO_VARIABLE
-from dineros.sources.libraries.own_timers import publish_at_each_tick
 
 
 class Idioms:

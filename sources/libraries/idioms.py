@@ -14,6 +14,8 @@ from typing import Any
 from dineros.metamodel.errors import DinerosError, Location
 from dineros.metamodel.files.reading import read_bytes
 from dineros.metamodel.files.toml import decode_toml
+from dineros.sources.branches import Do
+from dineros.sources.facts import CallbackFact, Effect, Entity
 from dineros.sources.libraries.idiom_tables import checked
 
 MOST_BYTES = 1 << 20
@@ -99,3 +101,14 @@ def read_idioms(path: Path) -> dict[str, Idiom]:
 def known_idioms() -> dict[str, Idiom]:
     """Return the table that is stored next to this file."""
     return read_idioms(Path(__file__).with_name("idioms.toml"))
+
+
+def publish_at_each_tick(timer: Entity, publisher: Entity) -> None:
+    """Give the timer of a library its callback, which publishes.
+
+    The callback is not in the code of the folder, so it is not in the list of the callbacks of its node.
+    """
+    effect = Effect("publish", publisher.port, timer.at, "always", entity=publisher)
+    found = CallbackFact(f"timer of {timer.details['via']}", "timer", timer.at, [effect])
+    found.body = [Do(effect)]
+    timer.callbacks["callback"] = found

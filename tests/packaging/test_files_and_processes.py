@@ -24,6 +24,7 @@ OTHERWISE_OPENED = {
     "metamodel/editing/journal.py": "the folder of a journal, to wait for the disk",
     "metamodel/files/atomic.py": "this is how files are written",
     "metamodel/files/confined.py": "this is how folders are opened",
+    "metamodel/files/locking.py": "a folder is locked, which is not a file",
     "metamodel/files/reading.py": "this is how files are opened",
     "metamodel/generate.py": "our own code",
     "runtime/ros/process/domains.py": "empty files that are locks; links are not followed",

@@ -157,8 +157,9 @@ FOLDERS = {
             "launch",
             "cpp",
         ),
-        *("ros_imports", "callbacks", "executables", "programs", "reading"),
+        *("ros_imports", "programs", "reading"),
     ],
+    "sources/programs": ["executables", "callbacks", "running"],
     "sources/launch": [
         *("yaml_text", "parameters", "python_text", "substitutions", "description", "containers", "markup"),
         *("reading", "vendors"),

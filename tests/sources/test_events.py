@@ -124,7 +124,7 @@ def test_callbacks_that_schedule_themselves_again_come_to_an_end(
 
 def test_too_many_events_do_not_open_the_program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """What they do is listed as not read; all other callbacks are as certain as before."""
-    monkeypatch.setattr("dineros.sources.callbacks.MOST_STEPS_OF_EVENTS", 3)
+    monkeypatch.setattr("dineros.sources.programs.callbacks.MOST_STEPS_OF_EVENTS", 3)
     start = "vendor.listen(self.heard)\n    self.create_timer(1, self.tick)"
     body = _ROBOT.replace("START", start) + "def tick(self): self.pub.publish(String())\n"
     text = f"import vendor\nclass Robot(Node):\n{indented(body)}\nrclpy.init()\nrclpy.spin(Robot())\n"

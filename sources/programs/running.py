@@ -11,8 +11,6 @@ from functools import partial
 from pathlib import PurePosixPath
 from typing import Any
 
-from dineros.sources.callbacks import assign_callbacks, read_callbacks
-from dineros.sources.executables import Program, different, guard_of, only_call, programs_of
 from dineros.sources.facts import CallbackFact, Facts, NodeFact
 from dineros.sources.folders import SourceFolder, is_test
 from dineros.sources.language.calls import Interpreter
@@ -26,6 +24,8 @@ from dineros.sources.libraries.left_out import calls_of
 from dineros.sources.libraries.library import RosLibrary
 from dineros.sources.packages import Package
 from dineros.sources.places import Place
+from dineros.sources.programs.callbacks import assign_callbacks, read_callbacks
+from dineros.sources.programs.executables import Program, different, guard_of, only_call, programs_of
 from dineros.sources.ros_imports import RosImports
 
 _DEEP = 12_000

@@ -1,0 +1,1 @@
+"""Programs in Python: which a folder has, and what they do."""
