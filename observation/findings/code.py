@@ -12,7 +12,7 @@ from dineros.observation.findings.starting import FAULTS as OF_STARTS
 from dineros.observation.findings.starting import starts
 from dineros.observation.findings.transforms import FAULTS as OF_TRANSFORMS
 from dineros.observation.findings.transforms import lookups
-from dineros.sources.facts import HELD, CallbackFact, Effect, Facts, NodeFact, is_open
+from dineros.sources.facts import HELD, CallbackFact, Effect, Entity, Facts, NodeFact, is_open
 from dineros.sources.places import Place, located
 
 LONG = 1.0
@@ -272,7 +272,7 @@ def _never_meanwhile(
     if _may_be_one(node):
         return f"which only {names} sets: the only thread is here{_if_one(node)}"
     group = _group(callback, node)
-    if group is None or any(_group(each, node) != group for each, _ in setters):
+    if group is None or any(_common_group(_starters(each, node)) != group for each, _ in setters):
         return None
     return f"which only {names} sets, in the callback group that {callback.name} itself holds"
 
@@ -298,16 +298,35 @@ def _overlaps_itself(callback: CallbackFact, node: NodeFact) -> bool:
 
 def _group(callback: CallbackFact, node: NodeFact) -> str | None:
     """Return the mutually exclusive group that a callback is known to be in."""
+    return _common_group(each for each in node.entities if callback in each.callbacks.values())
+
+
+def _common_group(entities: Iterable[Entity]) -> str | None:
+    """Return the mutually exclusive group that all entities are known to be in."""
     found: set[str | None] = set()
-    for entity in node.entities:
-        if callback in entity.callbacks.values():
-            said = str(entity.details.get("group", "default"))
-            if is_open(said):
-                return None
-            if entity.group is None:
-                found.add("default")
-            elif str(entity.group.details.get("kind", "")).startswith("exclusive"):
-                found.add(f"{entity.group.at}")
-            else:
-                found.add(None)
+    for entity in entities:
+        said = str(entity.details.get("group", "default"))
+        if is_open(said):
+            return None
+        if entity.group is None:
+            found.add("default")
+        elif str(entity.group.details.get("kind", "")).startswith("exclusive"):
+            found.add(f"{entity.group.at}")
+        else:
+            found.add(None)
     return found.pop() if len(found) == 1 else None
+
+
+def _starters(callback: CallbackFact, node: NodeFact) -> list[Entity]:
+    """Return the entities that start a callback.
+
+    A done callback starts when its client has taken the response, which needs the group of the client. It
+    runs in no group then.
+    """
+    clients = [
+        effect.entity
+        for each in node.callbacks
+        for effect in each.effects
+        if effect.then is callback and effect.entity is not None
+    ]
+    return [*clients, *(each for each in node.entities if callback in each.callbacks.values())]

@@ -47,7 +47,10 @@ def programs_of(folder: SourceFolder, packages: Sequence[Package], modules: Modu
             dotted, _, function = target.partition(":")
             path = _file_of(dotted, package, folder) if function else target
             if path is not None and path in folder.scripts:
-                found.append(Program(executable, path, function or None, package.name))
+                module = modules.module(path)
+                runs_alone = module is not None and _called_at_once(module) == function
+                start = None if runs_alone else function or None
+                found.append(Program(executable, path, start, package.name))
     covered = {(each.path, each.function) for each in found}
     for path in folder.scripts:
         name = PurePosixPath(path).name
@@ -62,7 +65,7 @@ def programs_of(folder: SourceFolder, packages: Sequence[Package], modules: Modu
             continue
         guard, owner = guard_of(module), _package_of(path, packages)
         called = only_call(guard)
-        if guard is not None or _spins(module.tree.body):
+        if guard is not None or _spins(module.tree.body) or _called_at_once(module) is not None:
             if (path, called) not in covered and (path, None) not in covered:
                 found.append(Program(name, path, None, owner))
             continue
@@ -80,6 +83,14 @@ def _mains(module: Module) -> list[str]:
         and len(node.args.args) <= len(node.args.defaults)
         and _spins(node.body, is_deep=True)
     ]
+
+
+def _called_at_once(module: Module) -> str | None:
+    """Return the function that starts rclpy and that a module calls whenever it is imported."""
+    mains = _mains(module)
+    calls = [each.value for each in module.tree.body if isinstance(each, ast.Expr)]
+    names = [each.func.id for each in calls if isinstance(each, ast.Call) and isinstance(each.func, ast.Name)]
+    return next((name for name in names if name in mains), None)
 
 
 def _package_of(path: str, packages: Sequence[Package]) -> str:

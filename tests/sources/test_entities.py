@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from dineros.sources.facts import is_open
+from dineros.sources.reading import read_source
 from tests.sources.support import facts_of, node_of, one
 
 
@@ -554,3 +555,20 @@ def test_all_names_of_a_module_that_is_not_there_are_said_to_be_missing(tmp_path
     facts = facts_of(tmp_path, 'from real import *\nrclpy.init()\nNode("there")\n')
     assert facts.unread == ["program.py:6: takes all names of real, which is not in the folder"]
     assert [node.name for node in facts.nodes] == ["there"]
+
+
+@pytest.mark.parametrize("has_entry_point", [False, True])
+def test_a_main_function_that_the_module_itself_calls_runs_once(
+    tmp_path: Path, has_entry_point: bool
+) -> None:
+    (tmp_path / "robot.py").write_text(
+        "import rclpy\nfrom rclpy.node import Node\n"
+        "def main():\n    rclpy.init()\n    rclpy.spin(Node('robot'))\nmain()\n"
+    )
+    if has_entry_point:
+        (tmp_path / "package.xml").write_text("<package><name>one</name></package>")
+        (tmp_path / "setup.py").write_text(
+            "setup(name='one', entry_points={'console_scripts': ['run = robot:main']})"
+        )
+    facts = read_source(tmp_path)
+    assert [(node.name, node.also_in) for node in facts.nodes] == [("robot", [])]
