@@ -8,6 +8,7 @@ from dineros.sources.language.conditions import Conditions
 from dineros.sources.language.gathering import put
 from dineros.sources.language.modules import text_of_code
 from dineros.sources.language.values import (
+    QUEUE,
     Bound,
     Class,
     Either,
@@ -100,6 +101,8 @@ class Assignments(Conditions):
             value.name = name
             if value.made is not None and value.made.entity is not None:
                 value.made.entity.port = name
+        elif isinstance(value, Items) and value.kind == QUEUE:
+            value.name = value.name or name
         elif hasattr(value, "entity") and value.entity is not None:
             if value.entity.port == "(no variable)":
                 value.entity.port = name

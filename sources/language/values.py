@@ -81,6 +81,10 @@ class Text(Value):
     text: str
 
 
+QUEUE = "queue"
+"""Kind of a queue between threads."""
+
+
 @dataclass(eq=False)
 class Items(Value):
     """A list, tuple, set or queue.
@@ -91,11 +95,14 @@ class Items(Value):
         As far as known.
     is_open : bool
         Whether there may be others, or another order.
+    name : str
+        The variable that holds a queue.
     """
 
     items: list[Value]
     is_open: bool = False
     kind: str = "list"
+    name: str = ""
 
 
 @dataclass(eq=False)

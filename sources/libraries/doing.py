@@ -248,6 +248,11 @@ class Doer:
         kind = made.path.split(".")[-1]
         label = made.name or made.path
         call = Made(name, args, keys, self.machine.place(node, frame))
+        if kind in ("Semaphore", "BoundedSemaphore") and constant(made.argument(0, "value")) == 0:
+            kind, name = "Event", {"acquire": "wait", "release": "set"}.get(name, name)
+            call = Made(name, args[1:], keys, call.at)  # the first argument is `blocking`
+            if args[:1] and constant(args[0]) is not True:
+                return Open("is held")
         if kind in ("Lock", "RLock", "Semaphore", "BoundedSemaphore", "Condition") and name in (
             "acquire",
             "release",
@@ -283,6 +288,23 @@ class Doer:
         is_held = any(held is lock and is_certain for _, held, is_certain in activity.holding)
         self.machine.effect("lock", label, node, frame, HELD if is_single and is_held else "")
         activity.holding.append((label, lock, is_scope))
+
+    def queue(
+        self, queue: Items, name: str, args: list[Value], keys: Keys, node: ast.AST, frame: Frame
+    ) -> None:
+        """Record that a callback waits for an item of a queue without time-out, or puts one there.
+
+        A callback that gets items under a condition usually knows that there are some.
+        """
+        activity, label = self.machine.activity, queue.name or "a queue"
+        call = Made(name, args, keys, self.machine.place(node, frame))
+        block, timeout = call.argument(0, "block"), call.argument(1, "timeout")
+        is_endless = is_none(timeout) and (block is None or constant(block) is True)
+        waits = is_endless and not activity.conditional and activity.fact.kind not in ("thread", EVENT)
+        if name in ("put", "put_nowait"):
+            self.machine.effect("notify", label, node, frame)
+        elif name == "get" and waits and self.is_callback():
+            self.machine.effect("wait", label, node, frame, within(None))
 
     def container(self, value: Value, name: str, args: list[Value], keys: Keys) -> Value | None:
         """Call a method of a list, a queue or a dictionary."""
@@ -380,4 +402,6 @@ class Doer:
         return None
 
 
+QUEUES = {f"queue.{each}" for each in ("Queue", "LifoQueue", "PriorityQueue", "SimpleQueue")}
+"""Queues between threads: a thread that gets an item waits for one."""
 OPEN_NODE = "open"

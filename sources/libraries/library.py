@@ -13,6 +13,7 @@ from dineros.sources.language.gathering import OF_ROS2
 from dineros.sources.language.machine import Machine
 from dineros.sources.language.values import (
     NONE,
+    QUEUE,
     Const,
     Frame,
     Future,
@@ -37,7 +38,7 @@ from dineros.sources.language.values import (
 from dineros.sources.libraries.applying import Idioms
 from dineros.sources.libraries.built_ins import BuiltIns
 from dineros.sources.libraries.command_line import PARSER, call_parser
-from dineros.sources.libraries.doing import Doer, Keys, seconds
+from dineros.sources.libraries.doing import QUEUES, Doer, Keys, seconds
 from dineros.sources.libraries.executors import Executors
 from dineros.sources.libraries.idioms import Idiom
 from dineros.sources.libraries.making import CREATES, Maker
@@ -155,8 +156,8 @@ class RosLibrary:
             return NONE
         if path in ("functools.partial", "partial") and args:
             return Partial(args[0], args[1:], keys)
-        if path in ("collections.deque", "queue.Queue", "queue.LifoQueue", "queue.SimpleQueue"):
-            return Items([], kind="list")
+        if path in QUEUES or path == "collections.deque":
+            return Items([], kind=QUEUE if path in QUEUES else "list")
         if path in ("collections.defaultdict", "collections.OrderedDict"):
             return Mapping(is_open=path.endswith("defaultdict"))
         if path in ("copy.copy", "copy.deepcopy") and args:
@@ -230,6 +231,8 @@ class RosLibrary:
         elif isinstance(value, Future):
             found = self.doer.future(value, name, args, keys)
         elif isinstance(value, (Items, Mapping)):
+            if isinstance(value, Items) and value.kind == QUEUE:
+                self.doer.queue(value, name, args, keys, node, frame)
             found = self.doer.container(value, name, args, keys)
         elif found is None and isinstance(value, (Object, RunningNode)):
             found = self._method_of_node(value, name, args, keys, node, frame)
