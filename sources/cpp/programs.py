@@ -14,6 +14,7 @@ from dineros.sources.cmake import Component
 from dineros.sources.cpp.doing import Ros
 from dineros.sources.cpp.following.machine import MOST_STEPS, TooLong
 from dineros.sources.cpp.following.overriding import overridden
+from dineros.sources.cpp.following.polling import add_setters
 from dineros.sources.cpp.following.reach import Reach
 from dineros.sources.cpp.following.reached import Reached
 from dineros.sources.cpp.following.statements import Statements
@@ -289,6 +290,7 @@ class CppPrograms:
         unread += machine.unread
         _share(machine)
         join_replaced(machine)
+        add_setters(machine)
         for node in machine.nodes:
             _finish(node, start, cls, None if cls is None else self._component(cls))
             if is_cut:

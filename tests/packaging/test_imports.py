@@ -173,7 +173,18 @@ FOLDERS = {
         *("parameters", "naming", "lists", "formatting", "generated", "loading", "transforms"),
     ],
     "sources/cpp/following": [
-        *("durations", "answers", "reach", "reached", "ways", "machine", "expressions", "routines", "calls"),
+        *(
+            "durations",
+            "answers",
+            "reach",
+            "reached",
+            "ways",
+            "machine",
+            "polling",
+            "expressions",
+            "routines",
+            "calls",
+        ),
         *("fields", "loops", "choices", "statements", "overriding"),
     ],
     "sources/language": [

@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING
 from dineros.sources.branches import Anything, Branch, Loop, Turns
 from dineros.sources.cpp.declarators import name_of
 from dineros.sources.cpp.following.fields import Fields
+from dineros.sources.cpp.following.polling import POLLED, polled_member
 from dineros.sources.cpp.parsing import path_of, text_of
 from dineros.sources.cpp.values import NO_VALUE, Const, Frame, Items, Made, Open, Value, options
+from dineros.sources.facts import STARTING
 
 if TYPE_CHECKING:
     from tree_sitter import Node
@@ -96,9 +98,18 @@ class Loops(Fields):
         return name, list(range(first.value, end)) if end - first.value <= _MOST_TURNS else []
 
     def _do_while_statement(self, node: Node, frame: Frame) -> None:
+        name = polled_member(node)
+        is_thread = self.fact.kind in ("thread", "event", *STARTING)
+        if name is not None and not is_thread and self._is_member(name, frame):
+            self.does("wait", name, node, frame, POLLED)
         with self._loop(node, frame):
             self.values(node.child_by_field_name("condition"), frame)
             self.run_block(node.child_by_field_name("body"), frame)
+
+    def _is_member(self, name: str, frame: Frame) -> bool:
+        """Return whether a name is a member of this object, and not a local variable."""
+        kinds = self.bases(frame.this.cls) if frame.this is not None and frame.this.cls is not None else []
+        return name not in frame.values and any(name in each.fields for each in kinds)
 
     def _do_do_statement(self, node: Node, frame: Frame) -> None:
         count = self._numbered(node)

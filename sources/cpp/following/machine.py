@@ -120,6 +120,8 @@ class Machine(Ways):
         self._happened = 0
         self._order = 0
         self._stored: list[str] = []
+        self.changed: dict[str, dict[int, CallbackFact]] = {}
+        """The callbacks that change a member, by its name."""
         self.writes: dict[int, set[str]] = {}
         """The members that code has set, by id of its node."""
         self.skipped: dict[int, bool] = {}
@@ -373,6 +375,7 @@ class Machine(Ways):
     def store_field(self, this: Obj, name: str, value: Value) -> None:
         """Give a member of an object a value."""
         self._stored.append(name)
+        self.note_change(name)
         for cls in self.bases(this.cls) if this.cls is not None else ():
             if name in cls.fields:
                 kind = cls.fields[name][0]
@@ -383,6 +386,11 @@ class Machine(Ways):
             self.set_in(this.fields, name, value)
         else:
             this.fields[name] = joined(old, value)
+
+    def note_change(self, name: str) -> None:
+        """Record that the current callback changes a member."""
+        if self.role not in ("main", "constructor"):
+            self.changed.setdefault(name, {})[id(self.fact)] = self.fact
 
     def set_member(self, on: Made, name: str, value: Value) -> None:
         """Set a member of an object of a library."""

@@ -87,3 +87,60 @@ def test_queues_and_semaphores_are_waited_for(
     text = HANDED_OVER.replace("MADE", made).replace("GIVES", gives).replace("TAKES", takes)
     _, shown = run("check", "-q", "--source", files(tmp_path, robot=text))
     assert ("[code-waits-for-itself]" in shown) == hangs, shown
+
+
+IN_CPP = """
+#include <rclcpp/rclcpp.hpp>
+#include <std_msgs/msg/string.hpp>
+using Text = std_msgs::msg::String;
+class Robot : public rclcpp::Node {
+ public:
+  Robot() : rclcpp::Node("robot") {
+    sub_ = create_subscription<Text>("in", 10, [this](Text::SharedPtr text) { heard(text); });
+    timer_ = create_wall_timer(std::chrono::seconds(1), [this]() { tick(); });
+    MORE
+  }
+  void heard(Text::SharedPtr text) { last_ = text; GIVES }
+  void tick() { TAKES }
+  void look() { ready_ = hardware_ready(); }
+  std::atomic<bool> ready_{false};
+  std::queue<Text::SharedPtr> queue_;
+  Text::SharedPtr last_;
+  std::thread thread_;
+  rclcpp::Subscription<Text>::SharedPtr sub_;
+  rclcpp::TimerBase::SharedPtr timer_;
+};
+int main(int argc, char ** argv) { rclcpp::init(argc, argv); rclcpp::spin(std::make_shared<Robot>()); }
+"""
+SLEEP = "std::this_thread::sleep_for(std::chrono::milliseconds(10));"
+
+
+@pytest.mark.parametrize(
+    ("gives", "takes", "more", "hangs"),
+    [
+        ("ready_ = true;", f"while (!ready_) {{ {SLEEP} }}", "", True),
+        ("ready_.store(true);", f"while (rclcpp::ok() && !ready_.load()) {{ {SLEEP} }}", "", True),
+        ("queue_.push(text);", f"while (queue_.empty()) {{ {SLEEP} }} queue_.pop();", "", True),
+        ("", "while (last_ == nullptr) {}", "", True),
+        ("ready_ = true;", "if (!ready_) { return; }", "", False),
+        ("ready_ = true;", f"while (!ready_) {{ {SLEEP} look(); }}", "", False),
+        ("ready_ = true;", f"while (!ready_) {{ if (late()) {{ break; }} {SLEEP} }}", "", False),
+        ("ready_ = true;", f"while (!ready_ && now() < end()) {{ {SLEEP} }}", "", False),
+        ("ready_ = true;", f"bool ready_ = false; while (!ready_) {{ {SLEEP} }}", "", False),
+        (
+            "ready_ = true;",
+            f"while (!ready_) {{ {SLEEP} }}",
+            "thread_ = std::thread([this]() { ready_ = true; });",
+            False,
+        ),
+    ],
+)
+def test_loops_in_cpp_wait_for_members(
+    tmp_path: Path, gives: str, takes: str, more: str, hangs: bool
+) -> None:
+    """The loop ends only if another callback changes the member, and there is one thread."""
+    pytest.importorskip("tree_sitter_cpp")
+    text = IN_CPP.replace("GIVES", gives).replace("TAKES", takes).replace("MORE", more)
+    (tmp_path / "robot.cpp").write_text(text)
+    _, shown = run("check", "-q", "--source", tmp_path)
+    assert ("[code-waits-for-itself]" in shown) == hangs, shown
