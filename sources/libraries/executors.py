@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 
-from dineros.sources.facts import NodeFact, is_open
+from dineros.sources.facts import CallbackFact, NodeFact, is_open
 from dineros.sources.language.machine import EVENT
 from dineros.sources.language.values import (
     NONE,
@@ -22,6 +22,7 @@ from dineros.sources.language.values import (
     text_of,
 )
 from dineros.sources.libraries.doing import Doer, Keys
+from dineros.sources.libraries.making import CONSTRUCTORS
 from dineros.sources.places import Place
 
 
@@ -38,6 +39,8 @@ class Executors:
         self.doer = doer
         self.machine = doer.machine
         self._global = Made("rclpy.executors.SingleThreadedExecutor", [], {}, _NOWHERE)
+        self._began: dict[int, tuple[Made, CallbackFact]] = {}
+        """By id the threads that were started, and what started them."""
         self._pools: dict[int, int] = {}
         self._of: dict[int, Made] = {}
         self._started: set[int] = set()
@@ -122,7 +125,13 @@ class Executors:
         if last in ("Thread", "Timer", "Process") and name == "start":
             return self._start(value, made, node, frame)
         if last == "ThreadPoolExecutor" and name == "submit" and args:
-            return self._thread(args[0], args[1:], {}, node, frame)
+            self._thread(args[0], args[1:], {}, node, frame)
+            submitted = Made(SUBMITTED, args, {}, made.at)
+            self._began[id(submitted)] = submitted, self.machine.activity.fact
+            return submitted
+        if (last, name) in (("Thread", "join"), ("submit", "result")):
+            self._wait_for(value, made, args, keys, node, frame)
+            return Open(name)
         if last in ("ThreadPoolExecutor", "Thread"):
             return None
         if not last.endswith("Executor"):
@@ -158,8 +167,30 @@ class Executors:
             return Open(name)
         return None
 
+    def _wait_for(
+        self, value: Made | Object, made: Made, args: list[Value], keys: Keys, node: ast.AST, frame: Frame
+    ) -> None:
+        """Let a callback that starts a thread and waits for its end do what the thread does.
+
+        A thread that has begun before usually ends by itself, as a callback tells it to.
+        """
+        timeout = Made("", args, keys, made.at).argument(0, "timeout")
+        _, began_in = self._began.get(id(made), (made, None))
+        fact = self.machine.activity.fact
+        if not is_none(timeout) or began_in is not fact or fact.kind in (*CONSTRUCTORS, "thread"):
+            return
+        if made.path == SUBMITTED:
+            self.machine.call(made.args[0], made.args[1:], {}, node, frame)
+        elif isinstance(value, Object):
+            bound = self.machine.attribute(value, "run", "run", node, frame)
+            self.machine.call(bound, [], {}, node, frame)
+        elif (target := made.argument(1, "target")) is not None:
+            given = getattr(made.argument(-1, "args"), "items", [])
+            self.machine.call(target, list(given), {}, node, frame)
+
     def _start(self, value: Made | Object, made: Made, node: ast.AST, frame: Frame) -> Value:
         """Start a thread: its code is read later; a thread that spins belongs to an executor."""
+        self._began[id(made)] = made, self.machine.activity.fact
         if isinstance(value, Object):
             run = self.machine.look_up(value.cls, "run")
             if run is not None:
@@ -236,3 +267,5 @@ def threads_of(executor: Made) -> int | str:
 
 
 _NOWHERE = Place("", 0)
+SUBMITTED = "concurrent.futures.submit"
+"""Path of the future of a function that a thread of a pool runs."""

@@ -144,3 +144,57 @@ def test_loops_in_cpp_wait_for_members(
     (tmp_path / "robot.cpp").write_text(text)
     _, shown = run("check", "-q", "--source", tmp_path)
     assert ("[code-waits-for-itself]" in shown) == hangs, shown
+
+
+WORKS = """
+import threading
+from concurrent.futures import ThreadPoolExecutor
+
+class Worker(threading.Thread):
+    def __init__(self, robot):
+        super().__init__()
+        self.robot = robot
+
+    def run(self):
+        self.robot.work()
+
+class Robot(Node):
+    def __init__(self):
+        super().__init__('robot')
+        self.pool = ThreadPoolExecutor(1)
+        self.other = self.create_client(Trigger, 'other')
+        self.create_service(Trigger, 'other', self.answer)
+        self.create_timer(1.0, self.tick)
+
+    def answer(self, request, response):
+        return response
+
+    def work(self):
+        self.other.call(Trigger.Request())
+
+    def tick(self):
+        STARTS
+
+def main():
+    rclpy.init()
+    rclpy.spin(Robot())
+"""
+
+
+@pytest.mark.parametrize(
+    ("starts", "hangs"),
+    [
+        ("thread = threading.Thread(target=self.work); thread.start(); thread.join()", True),
+        ("thread = Worker(self); thread.start(); thread.join()", True),
+        ("self.pool.submit(self.work).result()", True),
+        ("threading.Thread(target=self.work).start()", False),
+        ("thread = threading.Thread(target=self.work); thread.start(); thread.join(timeout=0.5)", False),
+        ("self.pool.submit(self.work)", False),
+    ],
+)
+def test_a_callback_that_waits_for_its_thread_does_what_that_does(
+    tmp_path: Path, starts: str, hangs: bool
+) -> None:
+    """The thread waits for a response that the only thread of the executor would take: "8 proved" before."""
+    _, text = run("check", "-q", "--source", files(tmp_path, robot=WORKS.replace("STARTS", starts)))
+    assert ("[callback-deadlock]" in text) == hangs, text
