@@ -31,6 +31,13 @@ NOT_ASKED = Fault(
     "transition {transition}{where} can never fire: no client asks to cancel a goal of action {action}",
 )
 """A server that supports cancel requests is correct even if no client sends one."""
+LATE = Fault(
+    "dead-transition",
+    "warning",
+    TRANSITION.meaning,
+    "no response of service {service} comes in time: client {client} always gives up after {seconds} s",
+)
+"""Of the transition that takes a response, if its client has a time-out."""
 NODE_NET = Fault(
     "dead-node-net",
     "error",
@@ -176,6 +183,14 @@ def _transitions(model: sym.SystemModel, alive: _Alive) -> Iterator[Finding]:
         if isinstance(action, sym.ActionChannel) and action.server.cancel is not None
         for arc in action.server.cancel.outgoing
     }
+    clients = {
+        arc.target: client
+        for service in model.channels
+        if isinstance(service, sym.ServiceChannel)
+        for client in service.clients
+        if client.timeout is not None
+        for arc in client.response.outgoing
+    }
     read = {_line(transition) for transition in transitions(model) if alive.any(transition)}
     for transition in transitions(model):
         if not alive.any(transition) and (transition.sourceLine is None or _line(transition) not in read):
@@ -186,6 +201,11 @@ def _transitions(model: sym.SystemModel, alive: _Alive) -> Iterator[Finding]:
                 yield NOT_ASKED.found(
                     transition.id, transition=transition.id, where=where, action=action.action
                 )
+                continue
+            client = clients.get(transition)
+            if client is not None and client.channel is not None:
+                service, seconds = client.channel.service, f"{client.timeout:g}"
+                yield LATE.found(transition.id, service=service, client=client.client, seconds=seconds)
                 continue
             yield TRANSITION.found(transition.id, transition=transition.id, where=where)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 
 
 def why_endless(node: ast.While) -> str:
@@ -58,6 +59,31 @@ def _awaited(test: ast.expr) -> ast.expr | None:
         rest = [each for each in test.values if not ast.unparse(each).endswith("ok()")]
         return _awaited(rest[0]) if len(rest) == 1 else None
     return test.operand if isinstance(test, ast.UnaryOp) and isinstance(test.op, ast.Not) else None
+
+
+_OF_TIME = re.compile(r"time|clock|now|elapsed|deadline|until|count|tries|attempt", re.IGNORECASE)
+
+
+def may_give_up(node: ast.While) -> bool:
+    """Return whether a loop that tests a future may end before that is done, as time passes.
+
+    Either its test asks for something else, too, or an exit of its body depends on time or on a number.
+
+    Examples
+    --------
+    >>> may_give_up(ast.parse("while rclpy.ok() and not f.done(): sleep(1)").body[0])
+    False
+    >>> may_give_up(ast.parse("while not f.done() and time() < end: sleep(1)").body[0])
+    True
+    """
+    if _awaited(node.test) is None:
+        return True
+    return any(
+        isinstance(each, ast.If)
+        and _OF_TIME.search(ast.unparse(each.test)) is not None
+        and any(isinstance(exit, (ast.Break, ast.Return, ast.Raise)) for exit in ast.walk(each))
+        for each in ast.walk(node)
+    )
 
 
 def waits_for(node: ast.While, methods: tuple[str, ...] = SERVERS) -> ast.Attribute | None:

@@ -39,6 +39,18 @@ from dineros.sources.language.values import (
 _NAMES = {each: f"_value_of_{each.__name__}" for each in ast.expr.__subclasses__()}
 """Names of the methods that evaluate expressions."""
 
+_STARRED = {
+    "rclpy.callback_groups": ("MutuallyExclusiveCallbackGroup", "ReentrantCallbackGroup"),
+    "rclpy.executors": ("SingleThreadedExecutor", "MultiThreadedExecutor", "ExternalShutdownException"),
+    "rclpy.node": ("Node",),
+    "rclpy.action": ("ActionClient", "ActionServer", "CancelResponse", "GoalResponse"),
+    "rclpy.qos": (
+        *("QoSProfile", "QoSHistoryPolicy", "QoSReliabilityPolicy", "QoSDurabilityPolicy"),
+        *("HistoryPolicy", "ReliabilityPolicy", "DurabilityPolicy", "qos_profile_sensor_data"),
+    ),
+}
+"""Names that ``from module import *`` brings, of modules that code imports so next to others."""
+
 
 class Expressions(Collections):
     """The part of the interpreter that evaluates expressions."""
@@ -78,6 +90,9 @@ class Expressions(Collections):
         if name in _BUILT_IN:
             return Outside(f"builtins.{name}")
         stars = self.stars.get(frame.module.path, ())
+        for star in stars:
+            if name in _STARRED.get(star, ()):
+                return Outside(f"{star}.{name}")
         if len(stars) == 1 and name[:1].isupper():  # ``from geometry_msgs.msg import *``
             return Outside(f"{stars[0]}.{name}")
         if stars and name[:1].isupper() and all(each.endswith((".msg", ".srv", ".action")) for each in stars):

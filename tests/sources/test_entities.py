@@ -572,3 +572,19 @@ def test_a_main_function_that_the_module_itself_calls_runs_once(
         )
     facts = read_source(tmp_path)
     assert [(node.name, node.also_in) for node in facts.nodes] == [("robot", [])]
+
+
+def test_names_of_several_star_imports_are_known(tmp_path: Path) -> None:
+    (tmp_path / "robot.py").write_text(
+        "import rclpy\nfrom rclpy.node import *\nfrom rclpy.executors import *\n"
+        "from rclpy.callback_groups import *\nfrom std_msgs.msg import String\n"
+        "class Robot(Node):\n    def __init__(self):\n        super().__init__('robot')\n"
+        "        group = ReentrantCallbackGroup()\n"
+        "        self.create_subscription(String, 'in', print, 5, callback_group=group)\n"
+        "def main():\n    rclpy.init()\n    executor = MultiThreadedExecutor(3)\n"
+        "    executor.add_node(Robot())\n    executor.spin()\n"
+        "if __name__ == '__main__':\n    main()\n"
+    )
+    (node,) = read_source(tmp_path).nodes
+    assert (node.threads, node.of("subscriptions")[0].details["group"]) == (3, "group")
+    assert [group.details["kind"] for group in node.of("groups")] == ["reentrant"]

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dineros.sources.branches import Anything, Attempt, Branch, Condition, Leave, Loop, Turns
 from dineros.sources.facts import TRANSFORM
 from dineros.sources.language.attributes import Written
-from dineros.sources.language.endings import TRANSFORMS, waits_for, why_endless
+from dineros.sources.language.endings import TRANSFORMS, may_give_up, waits_for, why_endless
 from dineros.sources.language.machine import BREAKS, CONTINUES, FALLS, RAISES, RETURNS, Activity
 from dineros.sources.language.modules import text_of_code
 from dineros.sources.language.operations import Verdict
@@ -351,7 +351,7 @@ class Statements(Matching):
             ):
                 for value in options(self.evaluate(each.func.value, frame)):
                     if isinstance(value, Future) and value.effect is not None:
-                        value.effect.how = "polled"
+                        value.effect.how = "polled, time-out open" if may_give_up(node) else "polled"
 
     def _open_loop(
         self,

@@ -198,3 +198,47 @@ def test_a_callback_that_waits_for_its_thread_does_what_that_does(
     """The thread waits for a response that the only thread of the executor would take: "8 proved" before."""
     _, text = run("check", "-q", "--source", files(tmp_path, robot=WORKS.replace("STARTS", starts)))
     assert ("[callback-deadlock]" in text) == hangs, text
+
+
+POLLS = """
+import time
+
+class Robot(Node):
+    def __init__(self):
+        super().__init__('robot')
+        self.other = self.create_client(Trigger, 'other')
+        self.create_service(Trigger, 'other', self.answer)
+        self.create_timer(1.0, self.tick)
+
+    def answer(self, request, response):
+        return response
+
+    def tick(self):
+        future = self.other.call_async(Trigger.Request())
+        end = time.time() + 2.0
+        while TEST:
+            time.sleep(0.01)
+            MORE
+
+def main():
+    rclpy.init()
+    rclpy.spin(Robot())
+"""
+
+
+@pytest.mark.parametrize(
+    ("test", "more", "hangs"),
+    [
+        ("not future.done()", "pass", True),
+        ("rclpy.ok() and not future.done()", "pass", True),
+        ("not future.done() and time.time() < end", "pass", False),
+        ("not future.done()", "if time.time() > end: break", False),
+    ],
+)
+def test_a_loop_with_a_time_limit_gives_up(tmp_path: Path, test: str, more: str, hangs: bool) -> None:
+    """A callback that gives up is no deadlock; its response never comes in time."""
+    source = files(tmp_path, robot=POLLS.replace("TEST", test).replace("MORE", more))
+    _, text = run("check", "-q", "--source", source)
+    assert ("[callback-deadlock]" in text) == hangs, text
+    gives_up = "no response of service /other comes in time: client robot.on_tick always gives up after 1 s"
+    assert (gives_up in text) != hangs, text
