@@ -14,7 +14,7 @@ from dineros.observation.importing.channels import Channels
 from dineros.observation.importing.flows.fields import certain
 from dineros.observation.importing.given import Given, GivenService, GivenTopic, Span
 from dineros.observation.importing.nodes import NodeBuilder
-from dineros.observation.importing.whole import whole
+from dineros.observation.importing.whole.system import whole
 from dineros.observation.systems import ObservedSystem
 
 

@@ -6,6 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from dineros.observation.importing.flows.labels import Step
+from dineros.observation.importing.given import Given, GivenCallback, GivenNode
+from dineros.observation.importing.whole.triggers import used_by_themselves
+from dineros.observation.systems import Endpoint, ObservedNode
 from tests.support.programs.coded import files, run
 
 ONCE = """
@@ -113,3 +117,63 @@ def test_runs_of_one_callback_may_take_locks_in_opposite_orders(
     source = files(tmp_path, robot=LOCKS.replace("GROUP", group))
     _, text = run("check", "-q", "--source", source)
     assert ("[code-holds-lock]" in text) == has_fault, text
+
+
+EACH_OTHER = """
+class NAME(Node):
+    def __init__(self):
+        super().__init__('NAME')
+        self.other = self.create_client(Trigger, 'OTHER'GROUP)
+        self.create_service(Trigger, 'NAME', self.answer)
+        MORE
+
+    def answer(self, request, response):
+        self.other.call(Trigger.Request())
+        return response
+
+def main():
+    rclpy.init()
+    executor = MultiThreadedExecutor(2)
+    executor.add_node(NAME())
+    executor.spin()
+"""
+
+
+@pytest.mark.parametrize("ends", [False, True])
+def test_nodes_that_start_only_each_other_are_called_from_outside(tmp_path: Path, ends: bool) -> None:
+    """Nothing in the code calls /one or /two first, so no deadlock was found."""
+    group = ", callback_group=MutuallyExclusiveCallbackGroup()"
+    one = EACH_OTHER.replace("NAME", "one").replace("OTHER", "two").replace("GROUP", group)
+    two = EACH_OTHER.replace("NAME", "two").replace("GROUP", group)
+    two = two.replace("OTHER", "three" if ends else "one")
+    source = files(tmp_path, one=one.replace("MORE", ""), two=two.replace("MORE", ""))
+    _, text = run("check", "-q", "--source", source)
+    assert ("[callback-deadlock]" in text) != ends, text
+    assert "service-never-called" not in text
+
+
+def test_what_a_timer_starts_is_used_step_by_step() -> None:
+    def node(name: str, **ports: object) -> ObservedNode:
+        return ObservedNode(name, **ports)  # type: ignore[arg-type]
+
+    def does(*steps: tuple[str, str]) -> GivenCallback:
+        return GivenCallback(does=tuple(Step(verb, name) for verb, name in steps))
+
+    service = {each: Endpoint(each, "std_srvs/srv/Trigger") for each in ("/a", "/b", "/c", "/d")}
+    nodes = [
+        node("/timer", clients=(service["/a"],)),
+        node("/one", servers=(service["/a"],), clients=(service["/b"],)),
+        node("/two", servers=(service["/b"], service["/c"]), clients=(service["/d"],)),
+        node("/three", servers=(service["/d"],), clients=(service["/c"],)),
+    ]
+    given = Given(
+        nodes={
+            "/timer": GivenNode(timers={"tick": 1.0}, callbacks={"tick": does(("call", "/a"))}),
+            "/one": GivenNode(timers={}, callbacks={"/a": does(("call", "/b"))}),
+            "/two": GivenNode(timers={}, callbacks={"/b": does(), "/c": does(("call", "/d"))}),
+            "/three": GivenNode(timers={}, callbacks={"/d": does(("call", "/c"))}),
+        }
+    )
+    assert used_by_themselves(nodes, given) == {("clients", "/a"), ("clients", "/b")}
+    given.nodes["/two"].callbacks.pop("/b")  # type: ignore[attr-defined]  # what it does is open
+    assert {name for _, name in used_by_themselves(nodes, given)} == {"/a", "/b", "/c", "/d"}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from reprlib import Repr
 from typing import Any
@@ -12,6 +12,7 @@ from dineros.metamodel.errors import listed
 from dineros.metamodel.ros_names import hidden_part
 from dineros.observation.importing.given import Given, GivenCallback, GivenService
 from dineros.observation.importing.names import is_type
+from dineros.observation.importing.whole.triggers import used_by_themselves
 from dineros.observation.systems import (
     USUAL,
     Endpoint,
@@ -224,19 +225,20 @@ def _servers_of_the_unserved(nodes: Iterable[ObservedNode]) -> list[ObservedNode
 
 
 def _callers_of_the_uncalled(
-    nodes: Iterable[ObservedNode], given: Given, left_out: list[str]
+    nodes: Sequence[ObservedNode], given: Given, left_out: list[str]
 ) -> list[ObservedNode]:
-    """Return nodes for each unused topic, service and action: another package may use it at any time.
+    """Return nodes for each topic, service and action that no node uses: another package may at any time.
+
+    Nodes that start only each other use nothing by themselves.
 
     A service whose callback may wait has as many callers as requests that it works on at once, at most
     `MOST_CALLERS`: together they may hold all threads.
     """
     wanted: dict[tuple[str, str], TopicEndpoint | Endpoint] = {}
-    used: dict[str, set[str]] = defaultdict(set)
+    used = used_by_themselves(nodes, given)
     callers: dict[tuple[str, str], int] = {}
     for node in nodes:
         for role, other in _CALLERS.items():
-            used[role].update(name_of(each) for each in getattr(node, role))
             for each in getattr(node, other):
                 wanted.setdefault((role, name_of(each)), each)
         for each in node.servers:
@@ -245,7 +247,7 @@ def _callers_of_the_uncalled(
             callers["clients", each.name] = said.at_once(each.name) if waits else 1
     found = []
     for (role, name), each in wanted.items():
-        if name in used[role]:
+        if (role, name) in used:
             continue
         count = callers.get((role, name), 1)
         if count > MOST_CALLERS:
