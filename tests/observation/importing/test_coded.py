@@ -240,8 +240,12 @@ def test_people_correct_what_code_says(tmp_path: Path) -> None:
     source = files(tmp_path, battery=BATTERY, monitor=MONITOR.replace("GROUP", ""))
     model = tmp_path / "robot.sym.xmi"
     (tmp_path / "robot.given.toml").write_text('[node."/monitor"]\nthreads = 7\ncallback.tick.does = []\n')
+    calls = '"monitor.on_tick.calls_level"'
+    before = tmp_path / "before.sym.xmi"
+    run("import", "-q", "--source", source, "-o", before)
+    assert calls in before.read_text()
     status, _ = run("import", "-q", "--source", source, "-o", model)
-    assert status == 0 and 'threads="7"' in model.read_text() and "calls_level" not in model.read_text()
+    assert status == 0 and 'threads="7"' in model.read_text() and calls not in model.read_text()
 
 
 @pytest.mark.parametrize(
