@@ -138,10 +138,8 @@ def _model_processes(
 
     workspace = cache_folder() / "workspaces" / system.id
     workspace.mkdir(parents=True, exist_ok=True)
-    with (
-        working("Building the interfaces"),
-        held(workspace),
-    ):  # other nodes of the model may start in another run
+    # Other nodes of the model may start in another run at the same time.
+    with working("Building the interfaces"), held(workspace):
         generate(system, workspace, Options(source=application.source.name))
         build_interfaces(workspace)
     expected = _expected(system)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from functools import cache
 from pathlib import Path, PurePosixPath
 from typing import Any
@@ -33,8 +31,8 @@ from dineros.sources.left_out import lines
 from dineros.sources.libraries.idioms import Idiom, read_idioms
 from dineros.sources.packages import Package
 from dineros.sources.places import Place
+from dineros.sources.recursion import deep_recursion
 
-_DEEP = 12_000
 _MOST_OF_ALL = 2_000_000
 """Steps for all programs of a folder, as each may take `MOST_STEPS`."""
 _LEAST = 20_000
@@ -75,7 +73,7 @@ class CppPrograms:
         self.index = Index()
         self.files = [path for path in folder.files if path.endswith(CPP) and not is_test(path)]
         self._sources: list[Source] = []
-        with _deep():
+        with deep_recursion():
             for path in self.files:
                 try:
                     source = parse(folder, path)
@@ -100,7 +98,7 @@ class CppPrograms:
     def nodes(self, given: Mapping[str, Mapping[str, Any]] | None = None) -> list[NodeFact]:
         """Return the nodes of all programs, and one node for each class of nodes that no program creates."""
         found: list[NodeFact] = []
-        with _deep():
+        with deep_recursion():
             programs = [
                 self._run(self._program(routine.path), routine, None, given or {})
                 for routine in self.index.functions.get("main", [])
@@ -142,7 +140,7 @@ class CppPrograms:
         """
         if not self._is_launched:
             self._is_launched, self._steps_left = True, _MOST_OF_ALL
-        with _deep():
+        with deep_recursion():
             for routine in self.index.functions.get("main", []):
                 name = self._program(routine.path)
                 if self._full(name, routine.path) in names:
@@ -385,13 +383,3 @@ def _different(nodes: Iterable[NodeFact]) -> list[NodeFact]:
         elif other.program != node.program:
             other.also_in = list(dict.fromkeys([*other.also_in, node.program]))
     return [node for each in found.values() for node in each]
-
-
-@contextmanager
-def _deep() -> Iterator[None]:
-    before = sys.getrecursionlimit()
-    sys.setrecursionlimit(max(before, _DEEP))
-    try:
-        yield
-    finally:
-        sys.setrecursionlimit(before)

@@ -34,7 +34,7 @@ from dineros.sources.language.values import (
     spread,
 )
 
-_OPERATORS: dict[type, Callable[[Any, Any], Any]] = {
+OPERATORS: dict[type, Callable[[Any, Any], Any]] = {
     ast.Add: operator.add,
     ast.Sub: operator.sub,
     ast.Mult: operator.mul,
@@ -44,7 +44,7 @@ _OPERATORS: dict[type, Callable[[Any, Any], Any]] = {
     ast.BitOr: operator.or_,
     ast.BitAnd: operator.and_,
 }
-_COMPARED: dict[type, Callable[[Any, Any], bool]] = {
+COMPARED: dict[type, Callable[[Any, Any], bool]] = {
     ast.Eq: operator.eq,
     ast.NotEq: operator.ne,
     ast.Lt: operator.lt,
@@ -87,7 +87,7 @@ class Operations(Machine):
         if isinstance(left, Const) and isinstance(right, Const):
             if isinstance(op, ast.Div) and isinstance(left.value, str) and isinstance(right.value, str):
                 return Const(f"{left.value}/{right.value}", left.origin or right.origin)  # of paths
-            function = _OPERATORS.get(type(op))
+            function = OPERATORS.get(type(op))
             if function is not None and _is_small(left.value, op) and _is_small(right.value, op):
                 try:
                     return Const(function(left.value, right.value), left.origin or right.origin)
@@ -158,9 +158,9 @@ class Operations(Machine):
                     isinstance(op, ast.IsNot), "" if not isinstance(left, (Made, Outside)) else "variable"
                 )
             return Open(short(node))
-        if isinstance(left, Const) and isinstance(right, Const) and type(op) in _COMPARED:
+        if isinstance(left, Const) and isinstance(right, Const) and type(op) in COMPARED:
             try:
-                return Const(bool(_COMPARED[type(op)](left.value, right.value)), left.origin or right.origin)
+                return Const(bool(COMPARED[type(op)](left.value, right.value)), left.origin or right.origin)
             except TypeError:
                 return Open(short(node))
         if isinstance(op, (ast.In, ast.NotIn)) and isinstance(left, Const):

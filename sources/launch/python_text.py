@@ -7,25 +7,14 @@ import operator
 from collections.abc import Callable
 from typing import Any
 
+from dineros.sources.language.operations import COMPARED, OPERATORS
+
 _DEEPEST = 20
 _MOST_CHARACTERS = 10_000
-_COMPARED: dict[type[ast.cmpop], Callable[[Any, Any], bool]] = {
-    ast.Eq: operator.eq,
-    ast.NotEq: operator.ne,
-    ast.Lt: operator.lt,
-    ast.LtE: operator.le,
-    ast.Gt: operator.gt,
-    ast.GtE: operator.ge,
+_COMPARED: dict[type, Callable[[Any, Any], bool]] = {
+    **COMPARED,
     ast.In: lambda left, right: left in right,
     ast.NotIn: lambda left, right: left not in right,
-}
-_COMPUTED: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
-    ast.Add: operator.add,
-    ast.Sub: operator.sub,
-    ast.Mult: operator.mul,
-    ast.Div: operator.truediv,
-    ast.FloorDiv: operator.floordiv,
-    ast.Mod: operator.mod,
 }
 _FUNCTIONS: dict[str, Callable[..., Any]] = {"int": int, "float": float, "str": str, "bool": bool, "len": len}
 _METHODS = ("lower", "upper", "strip", "startswith", "endswith", "split")
@@ -70,8 +59,8 @@ def worth(node: ast.expr, depth: int = 0) -> Any:
         return all(_COMPARED[type(op)](left, right) for op, left, right in pairs)
     if isinstance(node, ast.IfExp):
         return inner(node.body if inner(node.test) else node.orelse)
-    if isinstance(node, ast.BinOp) and type(node.op) in _COMPUTED:
-        return _computed(_COMPUTED[type(node.op)], inner(node.left), inner(node.right))
+    if isinstance(node, ast.BinOp) and type(node.op) in OPERATORS:
+        return _computed(OPERATORS[type(node.op)], inner(node.left), inner(node.right))
     if isinstance(node, (ast.List, ast.Tuple)):
         return [inner(each) for each in node.elts]
     if isinstance(node, ast.Call) and not node.keywords:

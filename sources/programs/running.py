@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import ast
-import sys
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import PurePosixPath
@@ -26,10 +24,9 @@ from dineros.sources.packages import Package
 from dineros.sources.places import Place
 from dineros.sources.programs.callbacks import assign_callbacks, read_callbacks
 from dineros.sources.programs.executables import Program, different, guard_of, only_call, programs_of
+from dineros.sources.recursion import deep_recursion
 from dineros.sources.ros_imports import RosImports
 
-_DEEP = 12_000
-"""Recursion limit of the reader itself: enough for the deepest code that is parsed."""
 NO_PROGRAM = "no program"
 """Stands for the program of a class that no program instantiates."""
 
@@ -82,7 +79,7 @@ def read_programs(reading: Reading, modules: Modules) -> Facts:
     """Return the facts of the programs of a folder."""
     folder = reading.folder
     facts = Facts(folder.root.resolve().name)
-    with _deep():
+    with deep_recursion():
         all_programs = programs_of(folder, reading.packages, modules)
         programs, same = different(all_programs, reading.given, modules)
         imports = RosImports(modules, reading.idioms)
@@ -113,7 +110,7 @@ def read_programs(reading: Reading, modules: Modules) -> Facts:
 
 def run_program(name: str, reading: Reading, modules: Modules) -> list[NodeFact] | None:
     """Return the nodes of the program with a name, ``package/executable``; None: it does not exist."""
-    with _deep():
+    with deep_recursion():
         for program in programs_of(reading.folder, reading.packages, modules):
             if f"{program.package}/{program.name}" == name:
                 return _run(program, modules, reading)[0]
@@ -125,16 +122,6 @@ def tests_with_ros(reading: Reading, modules: Modules) -> list[str]:
     imports = RosImports(modules, reading.idioms)
     found = ((path, modules.module(path)) for path in reading.folder.scripts if is_test(path))
     return [path for path, module in found if module is not None and imports.can_use_ros(module)]
-
-
-@contextmanager
-def _deep() -> Iterator[None]:
-    before = sys.getrecursionlimit()
-    sys.setrecursionlimit(max(before, _DEEP))
-    try:
-        yield
-    finally:
-        sys.setrecursionlimit(before)
 
 
 def _interpreter(modules: Modules, program: str, reading: Reading) -> tuple[Interpreter, RosLibrary]:

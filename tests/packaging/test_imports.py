@@ -152,6 +152,7 @@ FOLDERS = {
             "keeping",
             "alternatives",
             "left_out",
+            "recursion",
             "language",
             "libraries",
             "launch",

@@ -26,8 +26,8 @@ def used_by_themselves(nodes: Sequence[ObservedNode], given: Given) -> set[Chann
 
     Examples
     --------
-    A timer publishes ``/a``; whoever hears it calls ``/b``. So both are used. A service ``/c`` whose callback
-    calls ``/d``, and a service ``/d`` whose callback calls ``/c``, are not.
+    A timer publishes ``/a``, and the subscriber of ``/a`` calls ``/b``: both are used. The callback of
+    service ``/c`` calls ``/d``, and the callback of ``/d`` calls ``/c``: neither is used.
     """
     known = {channel for node in nodes for channel in _all_of(node)}
     used: set[Channel] = set()

@@ -388,8 +388,9 @@ class Machine(Ways):
             this.fields[name] = joined(old, value)
 
     def note_change(self, name: str) -> None:
-        """Record that the current callback changes a member."""
-        if self.role not in ("main", "constructor"):
+        """Record that a callback or the main function changes a member; constructors do not count."""
+        is_in_constructor = any(cls and not at for cls, at, *_ in self.calls)
+        if self.role != "constructor" and not (self.role == "main" and is_in_constructor):
             self.changed.setdefault(name, {})[id(self.fact)] = self.fact
 
     def set_member(self, on: Made, name: str, value: Value) -> None:

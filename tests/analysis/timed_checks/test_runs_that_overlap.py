@@ -1,4 +1,4 @@
-"""Callbacks whose runs overlap, so that one always runs: that is no wait without end."""
+"""A callback whose runs overlap is always running, but each run ends: this is not an endless wait."""
 
 from __future__ import annotations
 

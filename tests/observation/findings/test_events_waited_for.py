@@ -110,7 +110,12 @@ class Robot : public rclcpp::Node {
   rclcpp::Subscription<Text>::SharedPtr sub_;
   rclcpp::TimerBase::SharedPtr timer_;
 };
-int main(int argc, char ** argv) { rclcpp::init(argc, argv); rclcpp::spin(std::make_shared<Robot>()); }
+int main(int argc, char ** argv) {
+  rclcpp::init(argc, argv);
+  auto robot = std::make_shared<Robot>();
+  MAIN
+  rclcpp::spin(robot);
+}
 """
 SLEEP = "std::this_thread::sleep_for(std::chrono::milliseconds(10));"
 
@@ -140,8 +145,19 @@ def test_loops_in_cpp_wait_for_members(
 ) -> None:
     """The loop ends only if another callback changes the member, and there is one thread."""
     pytest.importorskip("tree_sitter_cpp")
-    text = IN_CPP.replace("GIVES", gives).replace("TAKES", takes).replace("MORE", more)
+    text = IN_CPP.replace("GIVES", gives).replace("TAKES", takes).replace("MORE", more).replace("MAIN", "")
     (tmp_path / "robot.cpp").write_text(text)
+    _, shown = run("check", "-q", "--source", tmp_path)
+    assert ("[code-waits-for-itself]" in shown) == hangs, shown
+
+
+@pytest.mark.parametrize(("in_main", "hangs"), [("", True), ("robot->ready_ = true;", False)])
+def test_the_main_function_may_change_what_a_loop_waits_for(
+    tmp_path: Path, in_main: str, hangs: bool
+) -> None:
+    pytest.importorskip("tree_sitter_cpp")
+    text = IN_CPP.replace("GIVES", "ready_ = true;").replace("TAKES", f"while (!ready_) {{ {SLEEP} }}")
+    (tmp_path / "robot.cpp").write_text(text.replace("MORE", "ready_ = false;").replace("MAIN", in_main))
     _, shown = run("check", "-q", "--source", tmp_path)
     assert ("[code-waits-for-itself]" in shown) == hangs, shown
 
@@ -236,7 +252,7 @@ def main():
     ],
 )
 def test_a_loop_with_a_time_limit_gives_up(tmp_path: Path, test: str, more: str, hangs: bool) -> None:
-    """A callback that gives up is no deadlock; its response never comes in time."""
+    """A callback that gives up is not deadlocked; its response never arrives in time."""
     source = files(tmp_path, robot=POLLS.replace("TEST", test).replace("MORE", more))
     _, text = run("check", "-q", "--source", source)
     assert ("[callback-deadlock]" in text) == hangs, text
