@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Sequence
 from pathlib import Path
+from random import Random
 from textwrap import dedent
 from typing import Any
 
@@ -62,3 +65,21 @@ def details(node: dict[str, Any], callback: str) -> dict[str, Any]:
     (effect,) = found["effects"]
     result: dict[str, Any] = effect
     return result
+
+
+WORD = r"[A-Za-z_]\w{2,}"
+"""A name in source code."""
+
+
+def edit_a_line(file: Path, words: Sequence[str], random_: Random) -> None:
+    """Copy a line of a file, put another name into it, or change its numbers."""
+    lines = file.read_text().split("\n")
+    at = random_.randrange(len(lines))
+    choice = random_.randrange(3)
+    if choice == 0:
+        lines.insert(at, lines[random_.randrange(len(lines))])
+    elif choice == 1:
+        lines[at] = re.sub(WORD, lambda _: random_.choice(words), lines[at], count=1)
+    else:
+        lines[at] = re.sub(r"\d+", lambda found: str(int(found[0]) + 1), lines[at])
+    file.write_text("\n".join(lines))

@@ -16,6 +16,7 @@ from dineros.sources.cpp.keeping import Keeper
 from dineros.sources.facts import NodeFact
 from dineros.sources.keeping.graphs import to_plain
 from dineros.sources.reading import read_source
+from tests.sources.support import WORD, edit_a_line
 
 pytest.importorskip("tree_sitter_cpp")
 
@@ -215,19 +216,9 @@ def test_tables_and_places_are_part_of_the_key(workspace: Path, monkeypatch: pyt
 def test_random_edits_never_give_stale_facts(workspace: Path) -> None:
     """A cache that is full of earlier states against none, with a fixed seed."""
     cache, random_ = workspace.parent / "cache", random.Random(7)
-    words = sorted({word for text in FILES.values() for word in re.findall(r"[A-Za-z_]\w{2,}", text)})
+    words = sorted({word for text in FILES.values() for word in re.findall(WORD, text)})
     for _ in range(25):
-        file = workspace / random_.choice(sorted(FILES))
-        lines = file.read_text().split("\n")
-        at = random_.randrange(len(lines))
-        choice = random_.randrange(3)
-        if choice == 0:
-            lines.insert(at, lines[random_.randrange(len(lines))])
-        elif choice == 1:
-            lines[at] = re.sub(r"[A-Za-z_]\w{2,}", lambda _: random_.choice(words), lines[at], count=1)
-        else:
-            lines[at] = re.sub(r"\d+", lambda found: str(int(found[0]) + 1), lines[at])
-        file.write_text("\n".join(lines))
+        edit_a_line(workspace / random_.choice(sorted(FILES)), words, random_)
         assert facts(workspace, cache) == facts(workspace)
 
 

@@ -17,6 +17,7 @@ from dineros.sources.keeping.graphs import from_plain, to_plain
 from dineros.sources.language import keeping
 from dineros.sources.language.keeping import ProgramKeeper
 from dineros.sources.reading import Launch, read_source
+from tests.sources.support import WORD, edit_a_line
 
 FILES = {
     "setup.py": "",
@@ -190,20 +191,10 @@ def test_tables_and_the_reader_are_part_of_the_key(
 def test_random_edits_never_give_stale_facts(workspace: Path) -> None:
     """A cache that is full of earlier states against none, with a fixed seed."""
     cache, random_ = workspace.parent / "cache", random.Random(11)
-    words = sorted({word for text in FILES.values() for word in re.findall(r"[A-Za-z_]\w{2,}", text)})
+    words = sorted({word for text in FILES.values() for word in re.findall(WORD, text)})
     files = sorted(name for name, text in FILES.items() if text)
     for _ in range(40):
-        file = workspace / random_.choice(files)
-        lines = file.read_text().split("\n")
-        at = random_.randrange(len(lines))
-        choice = random_.randrange(3)
-        if choice == 0:
-            lines.insert(at, lines[random_.randrange(len(lines))])
-        elif choice == 1:
-            lines[at] = re.sub(r"[A-Za-z_]\w{2,}", lambda _: random_.choice(words), lines[at], count=1)
-        else:
-            lines[at] = re.sub(r"\d+", lambda found: str(int(found[0]) + 1), lines[at])
-        file.write_text("\n".join(lines))
+        edit_a_line(workspace / random_.choice(files), words, random_)
         assert facts(workspace, cache) == facts(workspace)
 
 

@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
-from tests.support.timed_systems.threads import TOLD, Threads, TooManyStatesError, _State, _with
+from tests.support.timed_systems.threads import TOLD, Threads, _State, _with
 
 OTHER = -1
 LONGEST = 400
@@ -87,16 +87,7 @@ class Reacting(Threads):
     def explore(self, most: int) -> Any:
         """Explore from each start."""
         nothing = _Watch(values=(OTHER,) * len(self.values))
-        todo = [self._watched(state, nothing) for state in self._starts()]
-        known = set(todo)
-        while todo:
-            for after in self._successors(todo.pop()):
-                if after not in known:
-                    known.add(after)
-                    todo.append(after)
-            if len(known) > most:
-                raise TooManyStatesError
-        return self.found
+        return self._all_from([self._watched(state, nothing) for state in self._starts()], most)
 
     def _watched(self, state: _State, watch: _Watch) -> _State:
         return state._replace(beside=watch)

@@ -111,7 +111,11 @@ class Threads:
         TooManyStatesError
             There are more states than `most`.
         """
-        todo = self._starts()
+        found: Followed = self._all_from(self._starts(), most)
+        return found
+
+    def _all_from(self, todo: list[_State], most: int) -> Any:
+        """Explore all states that follow some states."""
         known = set(todo)
         while todo:
             for after in self._successors(todo.pop()):
