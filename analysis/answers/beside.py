@@ -1,14 +1,13 @@
 """Engines side by side: with two cores, all engines but the first run in a child process.
 
 The first engine works alone until its first turn is over, so that easy questions need no second process. Then
-the process is forked, and the other engines take turns in it. The first answer on either side ends the other
-side, with all its data; only answers are transferred. Timing decides which engine answers, but not the
-answer.
+the process is forked, and the other engines take turns in it; they leave one core to the first engine. The
+first answer on either side ends the other side, with all its data; only answers are transferred. Timing
+decides which engine answers, but not the answer.
 """
 
 from __future__ import annotations
 
-import os
 import threading
 import time
 import warnings
@@ -40,7 +39,7 @@ def first_of_two(
     pickled.
     """
     first, *others = members
-    is_alone = len(os.sched_getaffinity(0)) < 2 or budget.memory < LEAST_MEMORY
+    is_alone = budget.workers < 2 or budget.memory < LEAST_MEMORY
     if not others or is_alone or threading.current_thread() is not threading.main_thread():
         return first_answer(members, budget, is_final)
     with ExitStack() as stack:
@@ -118,7 +117,8 @@ class _Pair(Generic[Answer]):
             raise BudgetExceededError("another engine has answered")
 
     def _work_beside(self) -> Answer | None:
-        budget = replace(self._budget.share(memory=1 - self._part), progress=None, stages=None)
+        share = self._budget.share(memory=1 - self._part)
+        budget = replace(share, progress=None, stages=None, cores=max(1, share.workers - 1))
         try:
             return first_answer(self._others, budget, self._is_final)
         except BudgetExceededError:

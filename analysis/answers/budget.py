@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -69,6 +70,8 @@ class Budget:
         engine returns an answer if it has one.
     stages : callable
         Called with the name of each stage of the work when it begins; see `stage`.
+    cores : int or None
+        Processors for the threads of an engine; None: all that the process may use.
     started, deadline : float or None
         Values of `time.perf_counter` at the beginning, and at the end of the time limit.
 
@@ -85,6 +88,7 @@ class Budget:
     seconds: float | None = None
     progress: ProgressCallback | None = field(default=None, compare=False, repr=False)
     stages: StageCallback | None = field(default=None, compare=False, repr=False)
+    cores: int | None = field(default=None, compare=False, repr=False)
     started: float | None = field(default=None, compare=False, repr=False)
     deadline: float | None = field(default=None, compare=False, repr=False)
 
@@ -141,6 +145,11 @@ class Budget:
         return DEFAULT_MEMORY if self.memory_bytes is None else self.memory_bytes
 
     @property
+    def workers(self) -> int:
+        """Threads that an engine may start."""
+        return processors() if self.cores is None else self.cores
+
+    @property
     def spent(self) -> float:
         """Seconds since the beginning."""
         return 0.0 if self.started is None else time.perf_counter() - self.started
@@ -185,6 +194,11 @@ class Budget:
 
 UNLIMITED = Budget()
 """No limits except those of the engines themselves."""
+
+
+def processors() -> int:
+    """Return how many processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _smaller(one: int | None, other: int | None) -> int | None:

@@ -5,7 +5,6 @@ Numba is imported by the functions that search, not by this module.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Unpack
 
@@ -205,13 +204,11 @@ def _search(
     workers = options.get("workers")
     if budget.memory_bytes is None:
         budget = budget.share(most_bytes=int(free_memory() * DEFAULT_SHARE))
-    if workers is None:
-        workers = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return Search(
         net,
         goals,
         budget.begun(),
-        workers,
+        budget.workers if workers is None else workers,
         options.get("order", "breadth-first") == "depth-first",
         options.get("reduction") is not None,
         options.get("most_if_unbounded", NO_END) if goals else 0,

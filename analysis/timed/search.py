@@ -36,7 +36,7 @@ from dineros.analysis.timed.kernels.successors import (
 )
 from dineros.analysis.timed.nets import UNBOUNDED, TimedNet
 from dineros.analysis.timed.tables import Known, Work, batch_for, net_tables, work_for
-from dineros.analysis.timed.threads.rounds import How, Rounds, processors
+from dineros.analysis.timed.threads.rounds import How, Rounds
 from dineros.metamodel.errors import DinerosError
 
 FIRST_TABLE = 1 << 16
@@ -123,7 +123,7 @@ class ClassSearch:
         self._work = self._matrices(FIRST_CLOCKS)
         self._rounds: Rounds | None = None
         self._least_for_threads = least_for_threads
-        workers = processors() if workers is None else workers
+        workers = self.budget.workers if workers is None else workers
         if workers > 1 and not self.by_inclusion:  # by inclusion, a class may replace those before it
             how = How(self.is_strong, self.bits, self.top)
             self._rounds = Rounds(

@@ -33,7 +33,7 @@ from dineros.analysis.symbolic.stages.joining import Joined, changes, components
 #: Number of components that stages pay for, at least and at most.
 FEWEST, MOST = 3, 64
 #: Levels that may be left after components were joined, as a part of all levels.
-WORTH_JOINING = 0.5
+WORTH_JOINING = 0.7
 #: Work for the first stages, and work that all stages may need by the growth from one to the next, in cache
 #: misses.
 FIRST_WORK, MOST_WORK = 300_000, 40_000_000

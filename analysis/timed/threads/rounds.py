@@ -5,7 +5,6 @@ Numbers of classes, edges and markings are those that one thread gives; `kernels
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, wait
@@ -25,11 +24,6 @@ LEAST = 4 * PART
 FIRST_SEEN = 1 << 12
 FIRST_ITEMS, FIRST_WORDS = 1 << 10, 1 << 15
 """Room of a part for records and their elements. More room lies in more pages of memory, which cost time."""
-
-
-def processors() -> int:
-    """Return how many processors this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 class How(NamedTuple):

@@ -53,6 +53,14 @@ def test_who_knows_ends_the_others() -> None:
     assert first_of_two([member(None, "no"), member(None, "no"), member(3, "process")], LARGE) != here
 
 
+@pytest.mark.parametrize(("cores", "left"), [(2, 1), (4, 3)])
+def test_the_other_side_leaves_a_core(monkeypatch: pytest.MonkeyPatch, cores: int, left: int) -> None:
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: set(range(cores)))
+    beside: Member[object] = Member(lambda budget: budget.share(time=0.5).workers)
+    assert first_of_two([member(None, "no"), beside], LARGE) == left
+    assert first_of_two([beside], LARGE) == cores
+
+
 def test_an_answer_that_is_not_final_waits_for_the_other_side() -> None:
     def is_final(answer: object) -> bool:
         return answer == "final"

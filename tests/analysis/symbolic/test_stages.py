@@ -71,6 +71,38 @@ def claims(processes: int) -> CompiledNet:
     return CompiledNet.build(places, transitions)
 
 
+def rounds(processes: int) -> CompiledNet:
+    """Peterson's algorithm without its loop over the others: as many shared variables as rounds."""
+    last = processes - 1
+    places = {f"turn {r} is {i}": int(i == 0) for r in range(last) for i in range(processes)}
+    transitions: list[tuple[str, dict[str, int], dict[str, int]]] = []
+    for i in range(processes):
+        places |= {f"idle {i}": 1, f"calm {i}": 1, f"works {i}": 0, f"odd {i}": 0, f"even {i}": 1}
+        for r in range(last):
+            places |= {f"asks {i} {r}": 0, f"waits {i} {r}": 0}
+            after = f"asks {i} {r + 1}" if r + 1 < last else f"works {i}"
+            for j in range(processes):
+                turn, mine = f"turn {r} is {j}", f"turn {r} is {i}"
+                take = (f"take {i} {r} {j}", {f"asks {i} {r}": 1, turn: 1}, {f"waits {i} {r}": 1, mine: 1})
+                transitions.append(take)
+                if j != i:
+                    for name, other in (("yield", turn), ("alone", f"calm {j}")):
+                        taken = {f"waits {i} {r}": 1, other: 1}
+                        transitions.append((f"{name} {i} {r} {j}", taken, {after: 1, other: 1}))
+        transitions.append((f"ask {i}", {f"idle {i}": 1, f"calm {i}": 1}, {f"asks {i} 0": 1}))
+        for before, after in (("odd", "even"), ("even", "odd")):
+            calm = {f"idle {i}": 1, f"calm {i}": 1, f"{after} {i}": 1}
+            transitions.append((f"end {i} {before}", {f"works {i}": 1, f"{before} {i}": 1}, calm))
+    return CompiledNet.build(places, transitions)
+
+
+def test_many_shared_variables_are_worth_stages() -> None:
+    net = rounds(4)
+    diagram, _ = staged(encode(net), MEMORY)
+    assert diagram is not None
+    assert DiagramCounts(diagram).vectors() == explore(net).markings
+
+
 def test_a_process_and_its_own_variables_are_a_component() -> None:
     encoding = encode(claims(4))
     groups = components(encoding)
