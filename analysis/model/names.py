@@ -56,8 +56,9 @@ class PlainNames(TableNames):
         signals = {name: index for name, (index,) in places.items()}
         origins = origins_of(model)
         for table, coloured in ((places, origins.places), (transitions, origins.transitions)):
-            for id, unfolded in coloured.items():
-                table.setdefault(id, tuple(table[one][0] for one in unfolded))
+            table.update(
+                {id: tuple(table[one][0] for one in unfolded) for id, unfolded in coloured.items()}
+            )  # an id goes before the name of another element
         super().__init__(places, transitions, signals)
         self._shared: dict[type[pn.Element], dict[str, list[str]]] = {pn.Place: {}, pn.Transition: {}}
         for node in nodes(model):

@@ -103,3 +103,5 @@ class Product(Sort):
 
 DOT = Enumeration("dot", ("dot",))
 """The one colour of plain tokens."""
+BOOL = Enumeration("bool", ("false", "true"))
+"""The truth values."""

@@ -25,7 +25,18 @@ _RELATIONS: dict[str, Callable[[int, int], bool]] = {
     "lessthanorequal": lambda a, b: a <= b,
     "greaterthan": lambda a, b: a > b,
     "greaterthanorequal": lambda a, b: a >= b,
+    "lt": lambda a, b: a < b,
+    "leq": lambda a, b: a <= b,
+    "gt": lambda a, b: a > b,
+    "geq": lambda a, b: a >= b,
 }
+_ELEMENT_RELATIONS = {
+    "ltp": "lessthan",
+    "gtp": "greaterthan",
+    "equality": "equality",
+    "inequality": "inequality",
+}
+"""Relations of elements of a partition, and what they are for colours."""
 
 
 @dataclass
@@ -33,7 +44,8 @@ class Coloured:
     """A symmetric net."""
 
     sorts: dict[str, tuple[Any, ...]]
-    """By name: ``("listed", labels)``, ``("range", first, last)``, ``("product", names)`` or ``("dot",)``."""
+    """By name: ``("listed", labels)`` or ``("cyclic", labels)``, ``("range", first, last)``,
+    ``("product", names)``, ``("partition", sort, [(label, colours)])``, ``("bool",)`` or ``("dot",)``."""
     variables: dict[str, str]
     """Sort of each variable."""
     places: dict[str, tuple[str, Term | None]]
@@ -49,6 +61,10 @@ class Coloured:
         kind, *rest = self.sorts[sort]
         if kind == "dot":
             return ["dot"]
+        if kind == "bool":
+            return ["false", "true"]
+        if kind == "partition":
+            return [label for label, _ in rest[1]]
         if kind == "range":
             return list(range(rest[0], rest[1] + 1))
         if kind == "product":
@@ -64,6 +80,9 @@ class Coloured:
             return rest[1]
         if kind == "tuple":
             return tuple(self.value(part, binding) for part in rest[0])
+        if kind == "element":
+            inner = self.value(rest[1], binding)
+            return next(label for label, colours in self.sorts[rest[0]][2] if inner in colours)
         colours = self.colours(self.sort_of(rest[0]))
         step = 1 if kind == "successor" else -1
         return colours[(colours.index(self.value(rest[0], binding)) + step) % len(colours)]
@@ -73,13 +92,15 @@ class Coloured:
         kind, *rest = term
         if kind == "variable":
             return self.variables[rest[0]]
-        return rest[0] if kind == "constant" else self.sort_of(rest[0])
+        return rest[0] if kind in ("constant", "element") else self.sort_of(rest[0])
 
     def multiset(self, term: Term, binding: dict[str, Any]) -> Counter[Any]:
         """Return the tokens of a multiset."""
         kind, *rest = term
         if kind == "all":
             return Counter(self.colours(rest[0]))
+        if kind == "empty":
+            return Counter()
         if kind == "numberof":
             return Counter({c: rest[0] * n for c, n in self.multiset(rest[1], binding).items()})
         if kind == "add":
@@ -108,7 +129,9 @@ class Coloured:
         if kind in ("and", "or"):
             return (all if kind == "and" else any)([self.holds(part, binding) for part in rest[0]])
         colours = self.colours(self.sort_of(rest[0]))
-        return _RELATIONS[kind](*(colours.index(self.value(part, binding)) for part in rest))
+        return _RELATIONS[_ELEMENT_RELATIONS.get(str(kind), str(kind))](
+            *(colours.index(self.value(part, binding)) for part in rest)
+        )
 
     def initial(self) -> Marking:
         """Return the initial marking."""
@@ -160,7 +183,10 @@ class Coloured:
     def pnml(self) -> str:
         """Return the net as PNML."""
         sorts = "".join(
-            f'<namedsort id="{name}" name="{name}">{self._sort_xml(name)}</namedsort>' for name in self.sorts
+            self._sort_xml(name)
+            if self.sorts[name][0] == "partition"
+            else f'<namedsort id="{name}" name="{name}">{self._sort_xml(name)}</namedsort>'
+            for name in self.sorts
         )
         variables = "".join(
             f'<variabledecl id="{name}" name="{name}"><usersort declaration="{sort}"/></variabledecl>'
@@ -200,13 +226,25 @@ class Coloured:
         kind, *rest = self.sorts[name]
         if kind == "dot":
             return "<dot/>"
+        if kind == "bool":
+            return "<bool/>"
+        if kind == "partition":
+            elements = "".join(
+                f'<partitionelement id="{name}-{label}" name="{label}">'
+                + "".join(self._constant_xml(rest[0], colour) for colour in colours)
+                + "</partitionelement>"
+                for label, colours in rest[1]
+            )
+            divided = f'<usersort declaration="{rest[0]}"/>'
+            return f'<partition id="{name}" name="{name}">{divided}{elements}</partition>'
         if kind == "range":
             return f'<finiteintrange start="{rest[0]}" end="{rest[1]}"/>'
         if kind == "product":
             parts = "".join(f'<usersort declaration="{part}"/>' for part in rest[0])
             return f"<productsort>{parts}</productsort>"
         labels = "".join(f'<feconstant id="{name}-{label}" name="{label}"/>' for label in rest[0])
-        return f"<cyclicenumeration>{labels}</cyclicenumeration>"
+        tag = "cyclicenumeration" if kind == "cyclic" else "finiteenumeration"
+        return f"<{tag}>{labels}</{tag}>"
 
     def _xml(self, term: Term) -> str:
         kind, *rest = term
@@ -214,8 +252,11 @@ class Coloured:
             return f'<variable refvariable="{rest[0]}"/>'
         if kind == "constant":
             return self._constant_xml(*rest)
-        if kind == "all":
-            return f'<all><usersort declaration="{rest[0]}"/></all>'
+        if kind in ("all", "empty"):
+            return f'<{kind}><usersort declaration="{rest[0]}"/></{kind}>'
+        if kind == "element":
+            inner = f"<subterm>{self._xml(rest[1])}</subterm>"
+            return f'<partitionelementof refpartition="{rest[0]}">{inner}</partitionelementof>'
         if kind == "numberof":
             number = f'<subterm><numberconstant value="{rest[0]}"><positive/></numberconstant></subterm>'
             return f"<numberof>{number}<subterm>{self._xml(rest[1])}</subterm></numberof>"
@@ -228,6 +269,8 @@ class Coloured:
         kind = self.sorts[sort][0]
         if kind == "dot":
             return "<dotconstant/>"
+        if kind == "bool":
+            return f'<booleanconstant value="{colour}"/>'
         if kind == "range":
             return f'<finiteintrangeconstant value="{colour}">{self._sort_xml(sort)}</finiteintrangeconstant>'
         return f'<useroperator declaration="{sort}-{colour}"/>'
@@ -262,15 +305,18 @@ class _Dice:
     def net(self) -> Coloured:
         dice = self._dice
         sorts: dict[str, tuple[Any, ...]] = {
-            "C": ("listed", [f"c{number}" for number in range(dice.randint(2, 3))]),
-            "N": ("range", first := dice.randint(-1, 2), first + dice.randint(0, 2)),
+            "C": ("cyclic", [f"c{number}" for number in range(dice.randint(2, 3))]),
+            "N": ("range", first := dice.randint(-1, 2), last := first + dice.randint(0, 2)),
             "D": ("dot",),
-            "P": ("product", dice.choice([["C", "N"], ["C", "C"], ["N", "C"], ["D", "C"]])),
+            "B": ("bool",),
+            "P": ("product", dice.choice([["C", "N"], ["C", "C"], ["N", "C"], ["D", "C"], ["B", "N"]])),
         }
-        variables = {"x": "C", "y": "C", "m": "N", "n": "N", "p": "P"}
+        sorts["G"] = ("partition", "C", self._groups(sorts["C"][1]))
+        sorts["H"] = ("partition", "N", self._groups(list(range(first, last + 1))))
+        variables = {"x": "C", "y": "C", "m": "N", "n": "N", "p": "P", "b": "B", "g": "G"}
         self._net = net = Coloured(sorts, variables, {}, {})
         for number in range(dice.randint(2, 4)):
-            sort = dice.choice(["C", "C", "N", "D", "P", "P"])
+            sort = dice.choice(["C", "C", "N", "D", "P", "P", "B", "G"])
             term = None if dice.random() < 0.35 else self._marking(sort)
             net.places[f"place{number}"] = (sort, term)
         for number in range(dice.randint(1, 3)):
@@ -282,6 +328,13 @@ class _Dice:
                 ):
                     arcs.append((place, name, self._multiset(net.places[place][0])))
         return net
+
+    def _groups(self, colours: list[Any]) -> list[tuple[str, list[Any]]]:
+        """Return colours in one to three groups, in any order."""
+        held: dict[str, list[Any]] = {}
+        for colour in self._dice.sample(colours, len(colours)):
+            held.setdefault(f"g{self._dice.randint(1, 3)}", []).append(colour)
+        return list(held.items())
 
     def _marking(self, sort: str) -> Term:
         colours = self._dice.sample(self._net.colours(sort), 1)
@@ -302,6 +355,10 @@ class _Dice:
             return ("tuple", [self._value(part) for part in rest[0]])
         if kind == "dot" or chance < 0.1:
             return self._constant(sort, self._dice.choice(self._net.colours(sort)))
+        if kind == "partition" and chance < 0.8:
+            return ("element", sort, self._value(rest[0]))
+        if not names:
+            return self._constant(sort, self._dice.choice(self._net.colours(sort)))
         term: Term = ("variable", self._dice.choice(names))
         while kind != "product" and self._dice.random() < 0.25:
             term = (self._dice.choice(["successor", "predecessor"]), term)
@@ -312,6 +369,8 @@ class _Dice:
         kind, *rest = self._net.sorts[sort]
         if chance < 0.08:
             return ("all", sort)
+        if chance < 0.1:
+            return ("empty", sort)
         if chance < 0.16:
             return ("subtract", ("all", sort), self._value(sort))
         if chance < 0.3 and kind == "product":
@@ -328,6 +387,7 @@ class _Dice:
             return (self._dice.choice(["and", "or"]), [self._condition(depth - 1) for _ in range(2)])
         if depth and chance < 0.4:
             return ("not", self._condition(depth - 1))
-        sort = self._dice.choice(["C", "C", "N"])
-        relation = self._dice.choice(sorted(_RELATIONS))
+        sort = self._dice.choice(["C", "C", "N", "G", "H", "B"])
+        relations = _ELEMENT_RELATIONS if self._net.sorts[sort][0] == "partition" else _RELATIONS
+        relation = self._dice.choice(sorted(relations))
         return (relation, self._value(sort), self._value(sort))

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from lxml import etree
 
-from dineros.metamodel.colours.sorts import DOT, Enumeration, IntegerRange, Product, Sort
+from dineros.metamodel.colours.sorts import BOOL, DOT, Enumeration, IntegerRange, Product, Sort
 from dineros.metamodel.colours.terms import Constant, Variable
 from dineros.metamodel.errors import near_matches
 from dineros.metamodel.files.pnml.source import Source, children, local
@@ -145,7 +145,7 @@ class Declarations:
         if kind == "dot":
             return DOT
         if kind == "bool":
-            return Enumeration("bool", ("false", "true"))
+            return BOOL
         if kind == "finiteintrange":
             first, last = (self.integer(xml, attribute) for attribute in ("start", "end"))
             if last < first:

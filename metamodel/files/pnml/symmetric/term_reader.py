@@ -6,7 +6,7 @@ from typing import TypeVar
 
 from lxml import etree
 
-from dineros.metamodel.colours.sorts import DOT, IntegerRange, Product, Sort
+from dineros.metamodel.colours.sorts import BOOL, DOT, IntegerRange, Product, Sort
 from dineros.metamodel.colours.terms import (
     All,
     Comparison,
@@ -36,12 +36,24 @@ _COMPARISONS = {
     "lessthanorequal": "<=",
     "greaterthan": ">",
     "greaterthanorequal": ">=",
+    "lt": "<",
+    "leq": "<=",
+    "gt": ">",
+    "geq": ">=",
     "ltp": "<",
     "gtp": ">",
 }
 _SHIFTS = {"successor": 1, "predecessor": -1}
-_VALUES = ("variable", "useroperator", "dotconstant", "finiteintrangeconstant", "partitionelementof", "tuple")
-_MULTISETS = ("all", "numberof", "add", "subtract", "scalarproduct")
+_VALUES = (
+    "variable",
+    "useroperator",
+    "dotconstant",
+    "booleanconstant",
+    "finiteintrangeconstant",
+    "partitionelementof",
+    "tuple",
+)
+_MULTISETS = ("all", "empty", "numberof", "add", "subtract", "scalarproduct")
 _CONDITIONS = (*_COMPARISONS, "and", "or", "not", "imply", "booleanconstant")
 _Found = TypeVar("_Found")
 
@@ -77,8 +89,13 @@ class TermReader:
             return self._named(self._declared.constants, "constant", xml, "declaration")
         if kind == "dotconstant":
             return Constant(0, DOT)
+        if kind == "booleanconstant":
+            return Constant(int(self._truth(xml)), BOOL)
         if kind in _SHIFTS:
-            return Shift(self.value(self._operand(xml), expected), _SHIFTS[kind])
+            term = self.value(self._operand(xml), expected)
+            if isinstance(term.sort, Product):
+                raise source.error(f"<{kind}> of a tuple: tuples have no order", xml)
+            return Shift(term, _SHIFTS[kind])
         if kind == "finiteintrangeconstant":
             return self._number(xml)
         if kind == "partitionelementof":
@@ -126,16 +143,19 @@ class TermReader:
             raise self._source.error(what, xml)
         return list(expected.parts)
 
+    def _truth(self, xml: etree._Element) -> bool:
+        return self._source.attribute(xml, "value").strip().lower() in ("true", "1")
+
     # ---------------------------------------------------------------------------------------- multisets
 
     def multiset(self, xml: etree._Element, sort: Sort) -> Multiset:
         """Return a multiset of colours of a sort."""
         kind = local(xml)
-        if kind == "all":
+        if kind in ("all", "empty"):
             found = self._declared.sort(self._declared.only(xml))
             if found != sort:
-                raise self._source.error(f"all of {found.name}, expected is {sort.name}", xml)
-            return All(sort)
+                raise self._source.error(f"<{kind}> of {found.name}, expected is {sort.name}", xml)
+            return All(sort) if kind == "all" else Sum(())
         if kind in ("numberof", "scalarproduct"):
             return self._times(xml, sort)
         if kind == "add":
@@ -184,7 +204,7 @@ class TermReader:
         if kind in _COMPARISONS:
             return self._comparison(xml, _COMPARISONS[kind])
         if kind == "booleanconstant":
-            return Truth(self._source.attribute(xml, "value").strip().lower() in ("true", "1"))
+            return Truth(self._truth(xml))
         operands = self._operands(xml)
         if kind in ("and", "or"):
             return Junction(kind == "and", tuple(self.condition(operand) for operand in operands))

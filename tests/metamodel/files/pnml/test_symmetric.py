@@ -137,6 +137,14 @@ VARIABLE = '<variable refvariable="x"/>'
         ('"Site"/></variabledecl>', '"Sight"/></variabledecl>', 11, "the sort 'Sight' is not declared"),
         ('<useroperator declaration="south"/>', '<useroperator declaration="a"/>', 21, "Zone and Site"),
         ('declaration="b"/>', 'declaration="a"/>', 7, "each value of Site exactly once"),
+        ("<equality>", "<successor/><equality>", 21, "holds 2 elements"),
+        (
+            f"<structure>{VARIABLE}</structure></hl",
+            f"<structure><successor><subterm><tuple><subterm>{VARIABLE}</subterm></tuple></subterm></successor>"
+            "</structure></hl",
+            18,
+            "a tuple",
+        ),
         ("<equality>", "<equality><subterm/>", 21, "<subterm> holds 0 elements"),
         ('ref="move"', 'ref="far"', 16, "refers to itself"),
         ('ref="move"', 'ref="moves"', 17, "there is no node 'moves'"),
