@@ -11,7 +11,7 @@ from dineros.analysis.witnesses.findings import Fault, Finding
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.elements import is_unseen, node_net_of, node_nets, transitions
-from dineros.metamodel.records import Accept, Cancel, Finish, Reply, Request
+from dineros.metamodel.records import Accept, Cancel, Finish, GiveUp, Reply, Request, Response
 from dineros.metamodel.records.schema import Step
 
 if TYPE_CHECKING:
@@ -115,6 +115,10 @@ class _Alive:
             if wanted is None or (link.meaning is not None and wanted(link.meaning))
         )
 
+    def never_answered(self, client: sym.ClientPort) -> bool:
+        """Return whether a client gives up and never gets a response."""
+        return self.any(client, _is(GiveUp)) and not self.any(client, _is(Response))
+
 
 def _is(step: type[Step]) -> Callable[[Meaning], bool]:
     return lambda meaning: meaning.step is step
@@ -203,7 +207,7 @@ def _transitions(model: sym.SystemModel, alive: _Alive) -> Iterator[Finding]:
                 )
                 continue
             client = clients.get(transition)
-            if client is not None and client.channel is not None:
+            if client is not None and client.channel is not None and alive.never_answered(client):
                 service, seconds = client.channel.service, f"{client.timeout:g}"
                 yield LATE.found(transition.id, service=service, client=client.client, seconds=seconds)
                 continue

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import operator
+import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -27,7 +28,15 @@ class FieldName(NamedTuple):
     field: str
 
     def __str__(self) -> str:
-        return self.field if self.place is None else f"{self.place}.{self.field}"
+        return ".".join(_written(part) for part in (self.place, self.field) if part is not None)
+
+
+def _written(name: str) -> str:
+    """Return a name as a guard has it: in quotes if it is not a word."""
+    if re.fullmatch(r"[^\W\d][\w@-]*", name):
+        return name
+    escaped = name.replace("\\", "\\\\").replace('"', '\\"')
+    return f'"{escaped}"'
 
 
 @dataclass(frozen=True)

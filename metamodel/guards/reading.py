@@ -159,7 +159,8 @@ def _place(name: FieldName, places: Mapping[pn.Place, int], fields: Fields, does
         several = ", ".join(str(place.id) for place in found)
         if found:
             raise GuardError(
-                f"several places have {name.field!r}: {several}", hint=f"write {found[0].id}.{name.field}"
+                f"several places have {name.field!r}: {several}",
+                hint=f"write {FieldName(str(found[0].id), name.field)}",
             )
         known = sorted({each for place in places for each in fields(place)})
         raise GuardError(f"no place has a field {name.field!r}", hint=near_matches(name.field, known))

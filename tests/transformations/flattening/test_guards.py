@@ -125,6 +125,20 @@ def test_limits_are_shared_by_all_values() -> None:
     assert len(places(net)) == len(own) + 2 * len(("Out", "writer.In", "writer.Load", "In", "Load", "P1"))
 
 
+def test_a_hint_names_a_place_as_guards_do() -> None:
+    model, _ = modelled([], [ALL[0]])
+    node = model.pages[0]
+    made = step(node, "Both", [place(node, "a"), place(node, 'say "b".c')], [])
+    made.guard = "ok = true and level = 1"
+    find(model, "a", sym.Place).id = "in.a"
+    with pytest.raises(GuardError, match="several places have 'ok'") as error:
+        flatten(model)
+    hint = str(error.value.hint)
+    assert hint == 'write "in.a".ok'
+    made.guard = hint.removeprefix("write ") + ' = true and "say \\"b\\".c".level = 1'
+    flatten(model)
+
+
 def test_too_many_variants_are_refused() -> None:
     token = sym.TokenType(
         id="Token",
