@@ -1,4 +1,8 @@
-"""The budget of a question: time and memory, of which each stage gets a share."""
+"""The budget of a question: time and memory, of which each stage gets a share.
+
+The clock limits the whole question. Stages count the time of the processor, too, so that each has its share
+on a busy machine.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +15,9 @@ from typing import Literal
 DEFAULT_MEMORY = 2 << 30
 """Default memory for decision diagrams, in bytes."""
 
+
+STRETCH = 4
+"""Times its share that a stage may take by the clock, if the machine is busy with other work."""
 
 RAN_OUT = {"time": "time ran out", "memory": "memory ran out"}
 """Reasons of unknown answers in reports, by the names that engines use."""
@@ -50,12 +57,34 @@ class BudgetExceededError(Exception):
     """A limit was exceeded; the text names it. Callers of the analysis get an ``unknown`` answer instead."""
 
 
+class _Processor:
+    """The seconds of the processor; a forked process continues those of its parent."""
+
+    def __init__(self) -> None:
+        self._earlier = self._at_fork = 0.0
+        os.register_at_fork(before=self._note, after_in_child=self._continue)
+
+    def seconds(self) -> float:
+        """Return the seconds so far."""
+        return time.process_time() + self._earlier
+
+    def _note(self) -> None:
+        self._at_fork = self.seconds()
+
+    def _continue(self) -> None:
+        self._earlier = self._at_fork
+
+
+processor_seconds = _Processor().seconds
+
+
 @dataclass(frozen=True)
 class Budget:
     """Limits of a question, and callbacks for its progress; None: no limit.
 
     The clock runs once the budget has `begun`. Stages get shares of the rest, and all of them end with the
-    whole budget.
+    whole budget. A stage ends when its share has passed by the clock and on the processor, and at the latest
+    after `STRETCH` times its share by the clock.
 
     Attributes
     ----------
@@ -74,6 +103,8 @@ class Budget:
         Processors for the threads of an engine; None: all that the process may use.
     started, deadline : float or None
         Values of `time.perf_counter` at the beginning, and at the end of the time limit.
+    share_ends : tuple of float, or None
+        Of a stage: values of `time.perf_counter` and `processor_seconds` when its share has passed.
 
     Examples
     --------
@@ -91,6 +122,7 @@ class Budget:
     cores: int | None = field(default=None, compare=False, repr=False)
     started: float | None = field(default=None, compare=False, repr=False)
     deadline: float | None = field(default=None, compare=False, repr=False)
+    share_ends: tuple[float, float] | None = field(default=None, compare=False, repr=False)
 
     def begun(self) -> Budget:
         """Return the budget with its clock running; the same object if it runs already."""
@@ -126,14 +158,26 @@ class Budget:
         left = whole.left
         if left is None or time == 1:
             return stage
-        return replace(stage, started=None, seconds=left * time).begun()
+        return stage._stage(left * time)
 
     def at_most(self, seconds: float) -> Budget:
         """Return the budget of a stage limited to this number of seconds and to the remaining time."""
         left = self.left
         if left is not None and left <= seconds:
             return self.begun()
-        return replace(self, started=None, seconds=max(0.0, seconds)).begun()
+        return self._stage(max(0.0, seconds))
+
+    def _stage(self, seconds: float) -> Budget:
+        """Return the budget of a stage with this number of seconds from now."""
+        now = time.perf_counter()
+        latest = now + STRETCH * seconds
+        return replace(
+            self,
+            started=now,
+            seconds=seconds,
+            deadline=latest if self.deadline is None else min(self.deadline, latest),
+            share_ends=(now + seconds, processor_seconds() + seconds),
+        )
 
     def unless_limited(self, seconds: float) -> Budget:
         """Return the budget with this number of seconds from now, if it has no limit of time."""
@@ -159,7 +203,12 @@ class Budget:
         """Remaining seconds; None: no limit."""
         if self.deadline is None:
             return self.seconds
-        return max(0.0, self.deadline - time.perf_counter())
+        now = time.perf_counter()
+        left = max(0.0, self.deadline - now)
+        if self.share_ends is None:
+            return left
+        by_clock, by_processor = self.share_ends
+        return min(left, max(0.0, by_clock - now, by_processor - processor_seconds()))
 
     @property
     def is_over(self) -> bool:

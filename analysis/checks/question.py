@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -11,7 +10,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar
 
 from dineros.analysis.answers.apart import is_end
-from dineros.analysis.answers.budget import RAN_OUT, Budget, BudgetExceededError
+from dineros.analysis.answers.budget import RAN_OUT, Budget, BudgetExceededError, processor_seconds
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.callbacks.circles import Circle
 from dineros.analysis.callbacks.waiting import Waiting
@@ -110,12 +109,12 @@ class Checked:
 
     @contextmanager
     def showing(self) -> Iterator[None]:
-        """Count the time in which a run is made that shows what is found."""
-        began = time.perf_counter()
+        """Count the time of the processor in which a run is made that shows what is found."""
+        began = processor_seconds()
         try:
             yield
         finally:
-            self._shown_seconds += time.perf_counter() - began
+            self._shown_seconds += processor_seconds() - began
 
     @property
     def has_time_for_runs(self) -> bool:

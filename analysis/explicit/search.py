@@ -49,12 +49,14 @@ from dineros.analysis.explicit.tables import (
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.coverability import Pumping, coverability
 
-#: Number of rows per call of a kernel at first; later calls take about `CALL_SECONDS`.
-FIRST_SLICE, LARGEST_SLICE = 1 << 11, 1 << 24
-CALL_SECONDS = 0.1
+#: Number of rows per call of a kernel at first; a later call expands this part of all rows so far. Seconds do
+#: not count, so that a search stops at the same marking on any machine.
+FIRST_SLICE, LARGEST_SLICE, PART_OF_SLICE = 1 << 11, 1 << 24, 1 / 32
 PROGRESS_SECONDS = 0.5
 #: Frontiers of fewer rows are not worth a thread.
 LEAST_FOR_THREADS = 1 << 13
+#: Number of markings before several threads search for goals: which of them stores a marking first is chance.
+LEAST_WITH_GOALS = 1 << 20
 EVERYTHING = 1 << 60
 #: Words per marking for which kernels are compiled apart: 5 to 12 % faster; with more words, 2 to 8 %.
 LARGEST_SPECIAL_WIDTH = 2
@@ -99,6 +101,7 @@ class Search:
     reason: str | None = field(init=False, default=None)
     pumping: Pumping | None = field(init=False, default=None)
     found: dict[int, int] = field(init=False, default_factory=dict)  #: goal -> row
+    is_shared: bool = field(init=False, default=False)  #: whether several threads have stored markings
 
     def __post_init__(self) -> None:
         self._started = time.perf_counter()
@@ -115,7 +118,7 @@ class Search:
         self._conjunctions = [conjunction for row in rows for conjunction in row]
         self._owner = [g for g, row in enumerate(rows) for _ in row]
         self._prepare()
-        self._slice, self._next_look = FIRST_SLICE, 0
+        self._next_look = 0
         self._pool = ThreadPoolExecutor(self.workers - 1) if self.workers > 1 else None
         sets = len(self._net_tables.fired)
         self._storage = Storage(
@@ -215,17 +218,13 @@ class Search:
                 return
             # Chunks are not handed over: the worker that began one ends it.
             has_begun = any(notes.control[NEXT] < notes.control[CHUNK_END] for notes in self._crew[1:])
-            active = self.workers if left >= LEAST_FOR_THREADS or has_begun else 1
+            is_worth_it = left >= LEAST_FOR_THREADS and (not self.goals or self.markings >= LEAST_WITH_GOALS)
+            active = self.workers if is_worth_it or has_begun else 1
+            self.is_shared |= active > 1
             if not self._storage.make_room(controls, active, self._shape, self._together):
                 self.reason = "memory"
                 return
-            started = time.perf_counter()
             self._round(active)
-            seconds = time.perf_counter() - started
-            if seconds > 2 * CALL_SECONDS:
-                self._slice = max(FIRST_SLICE, self._slice // 2)
-            elif seconds < CALL_SECONDS / 2:
-                self._slice = min(2 * self._slice, LARGEST_SLICE)
             if controls[0][HAS_OVERFLOW]:
                 self._widen()
             self._note_goals()
@@ -268,7 +267,7 @@ class Search:
         return by_cost(sets_by_cost(costs, wanted), starts, ends, done, self.most_cost)
 
     def _round(self, active: int) -> None:
-        rows = self._slice
+        rows = min(LARGEST_SLICE, max(FIRST_SLICE, int(PART_OF_SLICE * self.expanded)))
         if self.budget.states is not None:
             rows = min(rows, max(1, self.budget.states - self.markings))
         net, goals, stubborn = self._net_tables, self._goal_tables, self._stubborn

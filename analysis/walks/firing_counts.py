@@ -17,8 +17,9 @@ from dineros.analysis.nets.compiled import CompiledNet
 
 Int64Array = NDArray[np.int64]
 
-#: Seconds for an integer program, and firings of its solution.
-PROGRAM_SECONDS, MOST_STEPS = 1.0, 100_000
+#: Nodes and seconds for an integer program, and firings of its solution. Most programs take one node, and
+#: milliseconds; seconds are a guard, as another number of them gives another solution.
+PROGRAM_NODES, PROGRAM_SECONDS, MOST_STEPS = 500, 2.0, 100_000
 
 
 def firings(
@@ -62,6 +63,7 @@ def firings(
     program = highspy.Highs()  # type: ignore[no-untyped-call]
     program.setOptionValue("output_flag", False)
     program.setOptionValue("threads", 1)
+    program.setOptionValue("mip_max_nodes", PROGRAM_NODES)
     program.setOptionValue("time_limit", PROGRAM_SECONDS)
     model = highspy.HighsLp()
     model.num_col_, model.num_row_ = columns, len(effects)

@@ -16,7 +16,6 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass, field
 from functools import partial
-from time import thread_time
 
 import numpy as np
 
@@ -28,11 +27,20 @@ from dineros.analysis.walks.arrays import Int64Array
 from dineros.analysis.walks.firing_counts import firings
 from dineros.analysis.walks.scouting import Scout, short_pumping
 
-SECONDS, SHARE = 2.0, 0.1
-"""Of random walks, and of walks aimed at something: seconds of the processor, part of the time left."""
+WORK, SHARE = 12_000_000, 0.1
+"""Of random walks, and of walks aimed at something: firings, and part of the time left.
 
-PATIENCE, LEAST_SECONDS = 2.0, 0.2
-"""Random walks end after so many times as long as they took for their last find, and not before so long."""
+Firings count, not seconds, so that the same walks are made, and the same runs found, on any machine.
+"""
+
+FIRINGS_PER_SECOND = 5_000_000
+"""Firings of walks in a second, roughly, in nets of any size."""
+
+PROGRAM_WORK, SHORTENING_WORK = 25, 1_000_000
+"""Firings that take as long as an integer program, for each of its numbers, and as shortening a loop."""
+
+PATIENCE, LEAST_WORK = 2.0, 1_500_000
+"""Random walks end after so many times as many firings as up to their last find, and not before so many."""
 
 TRIES, PUMPS = 16, 400
 """Walks aimed at one transition, and at a place that may grow: a loop has to close."""
@@ -105,51 +113,56 @@ class _Round:
         self.asks_deadlock = asks_deadlock
         self.scout = Scout(net)
         self.found = FirstRound()
+        self._program_work = PROGRAM_WORK * sum(map(len, net.delta))
 
     @property
     def _left(self) -> list[int]:
         return [t for t in self.wanted if t not in self.scout.ways]
 
-    def _clock(self) -> _ProcessorTime:
+    def _limit(self) -> _Limit:
         left = self.budget.left
-        return _ProcessorTime(SECONDS if left is None else min(SECONDS, SHARE * left), self.budget)
+        most = WORK if left is None else min(WORK, int(SHARE * left * FIRINGS_PER_SECOND))
+        return _Limit(self.scout, most, self.budget)
 
     def walk(self) -> None:
         """Walk at random, as long as that finds something."""
-        clock, last = self._clock(), 0.0
+        limit, last = self._limit(), 0
         while self._left or (self.asks_deadlock and self.scout.deadlock is None):
-            if clock.is_over or clock.spent > max(LEAST_SECONDS, PATIENCE * last):
+            if limit.is_over or limit.spent > max(LEAST_WORK, PATIENCE * last):
                 return
             if self.scout.walk():
-                last = clock.spent
+                last = limit.spent
 
     def aim(self) -> None:
         """Walk to each remaining transition, guided by the state equation."""
-        clock, left = self._clock(), self._left
+        limit, left = self._limit(), self._left
         for number, t in enumerate(left):
-            if clock.is_over:
+            if limit.is_over:
                 return
             if t in self.scout.ways:
                 continue
+            self.scout.work += self._program_work
             counts = firings(self.net, [({p: 1}, weight) for p, weight in self.net.pre.row(t)])
             if counts is not None:
-                self._try(counts, clock.part(len(left) - number), partial(self.scout.ways.__contains__, t))
+                self._try(counts, limit.part(len(left) - number), partial(self.scout.ways.__contains__, t))
 
     def pump(self, growing: Collection[int]) -> None:
         """Walk so that places grow."""
-        clock = self._clock()
+        limit = self._limit()
         nothing = self.net.with_initial(dict.fromkeys(self.net.places, 0))
         for number, place in enumerate(growing):
-            if clock.is_over:
+            if limit.is_over:
                 return
             if any(place in known.places for known in self.found.pumpings):
                 continue
+            self.scout.work += 2 * self._program_work
             loops = self._loops(nothing, place)
             for tried, counts in enumerate(loops):
                 self.scout.taken()
-                own = clock.part((len(growing) - number) * (len(loops) - tried))
+                own = limit.part((len(growing) - number) * (len(loops) - tried))
                 self._try(counts, own, lambda: self.scout.pumping is not None, [place])
                 found = self.scout.taken()
+                self.scout.work += SHORTENING_WORK * len(found)
                 self.found.pumpings += [short_pumping(self.net, each, [place]) for each in found]
                 if found:
                     break
@@ -175,14 +188,14 @@ class _Round:
     def _try(
         self,
         counts: Int64Array,
-        clock: _ProcessorTime,
+        limit: _Limit,
         is_met: Callable[[], bool],
         growing: Collection[int] = (),
     ) -> None:
         """Walk so a few times, each further, until something is met."""
         room, tries = ROOM + DETOUR * int(counts.sum()), PUMPS if growing else TRIES
         for number in range(tries):
-            if (clock.is_over and number >= tries // LEAST_TRIES) or self.budget.is_over:
+            if (limit.is_over and number >= tries // LEAST_TRIES) or self.budget.is_over:
                 return
             # Another way to the same may be a shorter one.
             if is_met() and (growing or number >= LEAST_TRIES):
@@ -190,22 +203,22 @@ class _Round:
             self.scout.walk(counts, growing, room << (number % DEEPER))
 
 
-class _ProcessorTime:
-    """Seconds of the processor for a part of the work, within a budget: how busy others are matters less."""
+class _Limit:
+    """A limit of the work of a scout, within a budget."""
 
-    def __init__(self, seconds: float, budget: Budget) -> None:
-        self._began, self._seconds, self._budget = thread_time(), seconds, budget
+    def __init__(self, scout: Scout, most: int, budget: Budget) -> None:
+        self._scout, self._began, self._most, self._budget = scout, scout.work, most, budget
 
     @property
-    def spent(self) -> float:
-        """Seconds taken."""
-        return thread_time() - self._began
+    def spent(self) -> int:
+        """Work done."""
+        return self._scout.work - self._began
 
     @property
     def is_over(self) -> bool:
-        """Whether they are used up."""
-        return self.spent >= self._seconds or self._budget.is_over
+        """Whether all is done."""
+        return self.spent >= self._most or self._budget.is_over
 
-    def part(self, count: int) -> _ProcessorTime:
-        """Return an equal part of what is left, for one of some that are left."""
-        return _ProcessorTime((self._seconds - self.spent) / count, self._budget)
+    def part(self, count: int) -> _Limit:
+        """Return the limit of an equal part of what is left, for one of some that are left."""
+        return _Limit(self._scout, (self._most - self.spent) // count, self._budget)

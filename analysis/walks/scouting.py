@@ -51,6 +51,8 @@ class Scout:
         A loop that was met which leaves more tokens than it found, replayed.
     last : int64 array
         The firings of the last walk.
+    work : int
+        How many firings all walks took so far, or would have taken in the time of other work.
     """
 
     def __init__(self, net: CompiledNet) -> None:
@@ -59,6 +61,7 @@ class Scout:
         self.deadlock: tuple[int, ...] | None = None
         self.pumping: Pumping | None = None
         self.last: Int64Array = np.empty(0, dtype=np.int64)
+        self.work = 0
         self._arrays = NetArrays(net)
         self._random = np.random.default_rng(1)
         self._sequence = np.empty(MOST_FIRINGS, dtype=np.int64)
@@ -102,6 +105,7 @@ class Scout:
         if length is None:
             self._length = SHORTEST_WALK if self._length >= LONGEST_WALK else 4 * self._length
         self.last = sequence[:firings].copy()
+        self.work += firings + transitions + places  # each walk reads the initial marking
         is_new = self._note_ways(sequence, first)
         if ending == DEADLOCK and (self.deadlock is None or firings < len(self.deadlock)):
             is_new |= self.deadlock is None

@@ -41,6 +41,8 @@ class OwnTime(event.Listener):
         self._wall, self._processor = wall, processor
         return self._shown
 
+    process_time = perf_counter
+
     def on_start(self, _: event.Event) -> None:
         """Stop for a compilation; compilations may be nested."""
         self.perf_counter()

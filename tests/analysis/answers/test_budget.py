@@ -6,14 +6,23 @@ import time
 
 import pytest
 
-from dineros.analysis.answers.budget import DEFAULT_MEMORY, UNLIMITED, Budget, BudgetExceededError, Progress
+from dineros.analysis.answers.apart import Apart
+from dineros.analysis.answers.budget import (
+    DEFAULT_MEMORY,
+    UNLIMITED,
+    Budget,
+    BudgetExceededError,
+    Progress,
+    processor_seconds,
+)
 
 
 @pytest.fixture
 def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
-    """Return a clock that stands still, in a list, to be set."""
+    """Return a clock that stands still, in a list, to be set; the processor has worked all the time."""
     now = [100.0]
     monkeypatch.setattr(time, "perf_counter", lambda: now[0])
+    monkeypatch.setattr(time, "process_time", lambda: now[0] - 90.0)
     return now
 
 
@@ -39,6 +48,43 @@ def test_stages_share_one_deadline(clock: list[float]) -> None:
     assert (stage.is_over, whole.left) == (True, 5)
     rest = whole.share(most_bytes=100)
     assert (rest.memory_bytes, rest.states, rest.deadline, rest.seconds) == (100, 50, whole.deadline, 10)
+
+
+def test_stages_have_their_share_on_a_busy_machine(
+    clock: list[float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A stage that got half of the processor may work on; the whole ends by the clock."""
+    monkeypatch.setattr(time, "process_time", lambda: clock[0] / 2)
+    whole = Budget(seconds=20).begun()
+    stage = whole.share(time=0.25)
+    assert stage.left == 5
+    clock[0] += 6
+    assert (stage.left, stage.share(time=0.5).left) == (2, 1)
+    clock[0] += 4
+    assert (stage.is_over, whole.left) == (True, 10)
+    last = whole.at_most(8)
+    clock[0] += 10
+    assert last.is_over  # 5 seconds of the processor, but the whole is over
+
+
+def test_a_stage_that_waits_ends(clock: list[float], monkeypatch: pytest.MonkeyPatch) -> None:
+    """What waits takes no time of the processor; its stage is limited by the clock nevertheless."""
+    monkeypatch.setattr(time, "process_time", lambda: 1.0)
+    stage = Budget(seconds=100).begun().at_most(2)
+    clock[0] += 7
+    assert stage.left == 1
+    clock[0] += 1
+    assert stage.is_over
+
+
+def test_a_forked_process_continues_the_seconds_of_its_parent() -> None:
+    until = time.process_time() + 0.05
+    while time.process_time() < until:
+        pass
+    before = processor_seconds()
+    with Apart(lambda _: processor_seconds()) as apart:
+        list(apart.messages())
+        assert apart.value() >= before
 
 
 def test_no_limit_is_never_exceeded() -> None:

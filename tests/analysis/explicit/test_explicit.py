@@ -34,6 +34,7 @@ MEMORY = 1 << 26
 def threads_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let all workers go at levels of any size."""
     monkeypatch.setattr(search, "LEAST_FOR_THREADS", 1)
+    monkeypatch.setattr(search, "LEAST_WITH_GOALS", 0)
 
 
 def counts(net: CompiledNet, workers: int = 1, order: Order = "breadth-first") -> ReferenceCounts:
@@ -272,6 +273,16 @@ def test_goals_of_many_shapes_at_once() -> None:
         answers = find_all(net, wanted, workers=workers, reduction=reduction)  # type: ignore[arg-type]
         for t, answer in enumerate(answers):
             assert (len(answer.trace) if answer.trace is not None else None) == distance.get(t)
+
+
+@pytest.mark.usefixtures("threads_at_once")
+def test_threads_find_the_same_traces_as_one() -> None:
+    """Which thread stores a marking first is chance; the trace that is shown must not depend on it."""
+    net = reference_case_study((1, 1, 0), "none")
+    wanted = [Goal((t,)) for t in range(len(net.transitions))]
+    alone = find_all(net, wanted, workers=1)
+    for _ in range(3):
+        assert [each.trace for each in find_all(net, wanted, workers=3)] == [each.trace for each in alone]
 
 
 def test_a_wrong_witness_is_never_shown() -> None:

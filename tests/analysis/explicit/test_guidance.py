@@ -28,6 +28,7 @@ def led_from_the_start(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(engine, "NEAR", 0)
     monkeypatch.setattr(guidance, "LEAST_BOUND", 0)
     monkeypatch.setattr(search, "LEAST_FOR_THREADS", 1)
+    monkeypatch.setattr(search, "LEAST_WITH_GOALS", 0)
 
 
 @st.composite

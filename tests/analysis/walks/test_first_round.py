@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from time import process_time
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
@@ -17,6 +18,7 @@ from dineros.analysis.nets.witness import replay
 from dineros.analysis.walks import firing_counts
 from dineros.analysis.walks.first_round import first_round
 from dineros.analysis.walks.scouting import Scout, short_pumping, short_way
+from tests.analysis.reference_case_study import reference_case_study
 from tests.analysis.strategies import nets
 
 LIMITS = Budget(1 << 26, seconds=60)
@@ -50,6 +52,23 @@ def test_what_is_far_away_among_many_markings_is_met() -> None:
     found = first_round(net, LIMITS, [home])
     way = short_way(net, found.ways[home])
     assert [net.transitions[t] for t in way] == [*["begin", "end"] * 40, "home"]
+
+
+def test_a_busy_machine_gives_the_same_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is met, and the way to it, must not depend on how long each walk takes."""
+    net = reference_case_study((1, 1, 1), "none")
+    asked = range(len(net.transitions))
+    quiet = first_round(net, Budget(), asked, asks_deadlock=True)
+    walk = Scout.walk
+
+    def slow_walk(*args: Any, **options: Any) -> bool:
+        until = process_time() + 0.005
+        while process_time() < until:
+            pass
+        return walk(*args, **options)
+
+    monkeypatch.setattr(Scout, "walk", slow_walk)
+    assert first_round(net, Budget(), asked, asks_deadlock=True) == quiet
 
 
 def test_a_place_that_grows_only_by_a_long_loop_is_met() -> None:
