@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dineros.analysis.nets.compiled import CompiledNet, Int64Array
 
@@ -38,8 +39,15 @@ class Block:
     times: int
 
 
-def folded(items: Sequence[Hashable]) -> list[Block]:
+def folded(items: Sequence[Hashable], values: NDArray[np.float64] | None = None) -> list[Block]:
     """Divide a sequence into blocks that repeat some items; a greedy choice makes them few.
+
+    Parameters
+    ----------
+    items : sequence of hashable
+        The sequence.
+    values : float array, optional
+        By item, numbers that change from one round to the next, for each item by as much each time.
 
     Examples
     --------
@@ -51,7 +59,13 @@ def folded(items: Sequence[Hashable]) -> list[Block]:
     row = np.array([numbers.setdefault(item, len(numbers)) for item in items], dtype=np.int64)
     best_saved, best_length = np.zeros(size, dtype=np.int64), np.ones(size, dtype=np.int64)
     for length in range(1, min(LONGEST_BLOCK, size // 2) + 1):
-        saved = _runs(row, length) // length * length
+        count = size - length
+        equal = _before(row[:-length] != row[length:], count, count)
+        if values is not None:
+            later = values[length:] - values[:-length]
+            changes = ~np.isclose(later[:-length], later[length:], rtol=0, equal_nan=True).all(axis=1)
+            equal = np.minimum(equal, length + _before(changes, count, size))
+        saved = equal // length * length
         is_better = saved > best_saved[: len(saved)]  # of equal ones, the shortest block
         best_saved[: len(saved)][is_better] = saved[is_better]
         best_length[: len(saved)][is_better] = length
@@ -66,12 +80,11 @@ def folded(items: Sequence[Hashable]) -> list[Block]:
     return blocks
 
 
-def _runs(row: Int64Array, length: int) -> Int64Array:
-    """By position: how many items from there on are equal to those so much later."""
-    differs = np.flatnonzero(row[:-length] != row[length:])
-    ends = np.append(differs, len(row) - length)  # by the next position that differs
-    places = np.arange(len(row) - length)
-    found: Int64Array = ends[np.searchsorted(differs, places)] - places
+def _before(flags: NDArray[np.bool_], count: int, end: int) -> Int64Array:
+    """By position: how many entries are before the next flag, or before the end if there is none."""
+    ends = np.append(np.flatnonzero(flags), end)
+    places = np.arange(count)
+    found: Int64Array = ends[np.searchsorted(ends[:-1], places)] - places
     return found
 
 

@@ -1,18 +1,25 @@
 """The steps of a run as they are printed: rounds that repeat are listed once.
 
-With times, a round repeats if each of its steps fires as much later as in the round before.
+With times, a round repeats if each of its steps fires later by the same time in every round. Two parts of a
+system with different periods have different ones.
 """
 
 from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from math import nan
+
+import numpy as np
 
 from dineros.analysis.model.subject import FiringTime
-from dineros.analysis.witnesses.folding import folded
+from dineros.analysis.witnesses.folding import Block, folded
 
 DIGITS = 9
 """Digits of differences of times that are compared: sums of decimal fractions are not exact."""
+
+LEAST_ROUNDS, MOST_DIFFERENCES = 3, 4
+"""Rounds, at least, whose steps fire later by different times, and how many such times, at most."""
 
 Times = Sequence[FiringTime | None]
 
@@ -73,11 +80,39 @@ def step_rounds(texts: Sequence[str], times: Times = (), before: int = 0) -> lis
     times = times or [None] * len(texts)
     shown = [text if at is None else f"{text}, {at}" for text, at in zip(texts, times, strict=True)]
     found = []
-    for block in folded(_keys(texts, times)):
+    for block in _blocks(texts, times):
         end = block.start + block.length
-        later = _later(times[block.start], times[end]) if block.times > 1 else ""
-        found.append(StepRound(before + block.start + 1, tuple(shown[block.start : end]), block.times, later))
+        steps, later = shown[block.start : end], ""
+        if block.times > 1:
+            each = [_later(times[at], times[at + block.length]) for at in range(block.start, end)]
+            if len(set(each)) == 1:
+                later = each[0]
+            else:
+                steps = [f"{step}, {after} later each time" for step, after in zip(steps, each, strict=True)]
+        found.append(StepRound(before + block.start + 1, tuple(steps), block.times, later))
     return found
+
+
+def _blocks(texts: Sequence[str], times: Times) -> list[Block]:
+    """Return the rounds, in each of which steps fire as much later, or a few as much more than others."""
+    values = np.array([_numbers(at) for at in times], dtype=np.float64).reshape(len(texts), 3)
+    keys, found = _keys(texts, times), []
+    for block in folded(texts, values):
+        start, length, end = block.start, block.length, block.start + block.length * block.times
+        later = (values[start + length : end] - values[start : end - length]).round(DIGITS)
+        differences = len(np.unique(later, axis=0))
+        if differences <= 1 or (block.times >= LEAST_ROUNDS and differences <= MOST_DIFFERENCES):
+            found.append(block)
+        else:
+            found += [replace(part, start=start + part.start) for part in folded(keys[start:end])]
+    return found
+
+
+def _numbers(time: FiringTime | None) -> tuple[float, float, float]:
+    """Return the numbers of a time; a latest time that is missing is no number."""
+    if time is None:
+        return 0.0, 0.0, 0.0
+    return time.at, time.earliest, nan if time.latest is None else time.latest
 
 
 def _keys(texts: Sequence[str], times: Times) -> list[Hashable]:

@@ -26,9 +26,24 @@ def test_a_timer_that_becomes_slower_is_no_round() -> None:
 
 
 def test_what_repeats_at_one_time_is_not_later() -> None:
-    (found,) = step_rounds(["pass", "take"] * 5, steady([3] * 10))[1:2]
-    assert (found.times, found.later) == (4, "")
-    assert found.heading == "the next 2 steps 4 times, up to step 9:"
+    (found,) = step_rounds(["pass", "take"] * 5, steady([3] * 10))
+    assert (found.times, found.later) == (5, "")
+    assert found.heading == "the next 2 steps 5 times, up to step 10:"
+
+
+def test_two_periods_in_one_round_are_named_by_step() -> None:
+    # A callback of 36 ms and a timer of 33 ms: in each round, it ends 3 ms later after the tick.
+    times = steady(
+        [at for n in range(6) for at in (0.033 * n, 0.033 * n, 0.009 + 0.036 * n, 0.009 + 0.036 * n)]
+    )
+    (found,) = step_rounds(["tick", "send", "end", "begin"] * 6, times)
+    assert found.heading == "the next 4 steps 6 times, up to step 24:"
+    assert found.steps == (
+        "tick, at 0, 0.033 later each time",
+        "send, at 0, 0.033 later each time",
+        "end, at 0.009, 0.036 later each time",
+        "begin, at 0.009, 0.036 later each time",
+    )
 
 
 def test_schedules_that_drift_apart_say_so() -> None:
@@ -56,6 +71,8 @@ def test_rounds_tell_all_steps(steps: list[tuple[str, int]], is_timed: bool) -> 
         for round in range(found.times):
             for step in found.steps:
                 text, _, when = step.partition(", at ")
-                told.append((text, int(when) + round * int(found.later or 0) if is_timed else None))
+                when, _, later = when.removesuffix(" later each time").partition(", ")
+                later = later or found.later or "0"
+                told.append((text, int(when) + round * int(later) if is_timed else None))
         number = found.last + 1
     assert told == [(text, time.at if is_timed else None) for text, time in zip(texts, times, strict=True)]
