@@ -60,7 +60,7 @@ def folded(items: Sequence[Hashable], values: NDArray[np.float64] | None = None)
     best_saved, best_length = np.zeros(size, dtype=np.int64), np.ones(size, dtype=np.int64)
     for length in range(1, min(LONGEST_BLOCK, size // 2) + 1):
         count = size - length
-        equal = _before(row[:-length] != row[length:], count, count)
+        equal = _before(np.not_equal(row[:-length], row[length:]), count, count)
         if values is not None:
             later = values[length:] - values[:-length]
             changes = ~np.isclose(later[:-length], later[length:], rtol=0, equal_nan=True).all(axis=1)

@@ -71,8 +71,7 @@ def test_rounds_tell_all_steps(steps: list[tuple[str, int]], is_timed: bool) -> 
         for round in range(found.times):
             for step in found.steps:
                 text, _, when = step.partition(", at ")
-                when, _, later = when.removesuffix(" later each time").partition(", ")
-                later = later or found.later or "0"
-                told.append((text, int(when) + round * int(later) if is_timed else None))
+                when, _, own = when.removesuffix(" later each time").partition(", ")
+                told.append((text, int(when) + round * int(own or found.later or 0) if is_timed else None))
         number = found.last + 1
     assert told == [(text, time.at if is_timed else None) for text, time in zip(texts, times, strict=True)]
