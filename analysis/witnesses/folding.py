@@ -60,11 +60,11 @@ def folded(items: Sequence[Hashable], values: NDArray[np.float64] | None = None)
     best_saved, best_length = np.zeros(size, dtype=np.int64), np.ones(size, dtype=np.int64)
     for length in range(1, min(LONGEST_BLOCK, size // 2) + 1):
         count = size - length
-        equal = _before(np.not_equal(row[:-length], row[length:]), count, count)
+        equal = _before(np.flatnonzero(row[:-length] != row[length:]), count, count)
         if values is not None:
             later = values[length:] - values[:-length]
             changes = ~np.isclose(later[:-length], later[length:], rtol=0, equal_nan=True).all(axis=1)
-            equal = np.minimum(equal, length + _before(changes, count, size))
+            equal = np.minimum(equal, length + _before(np.flatnonzero(changes), count, size))
         saved = equal // length * length
         is_better = saved > best_saved[: len(saved)]  # of equal ones, the shortest block
         best_saved[: len(saved)][is_better] = saved[is_better]
@@ -80,9 +80,9 @@ def folded(items: Sequence[Hashable], values: NDArray[np.float64] | None = None)
     return blocks
 
 
-def _before(flags: NDArray[np.bool_], count: int, end: int) -> Int64Array:
-    """By position: how many entries are before the next flag, or before the end if there is none."""
-    ends = np.append(np.flatnonzero(flags), end)
+def _before(breaks: Int64Array, count: int, end: int) -> Int64Array:
+    """By position: how many entries are before the next break, or before the end if there is none."""
+    ends = np.append(breaks, end)
     places = np.arange(count)
     found: Int64Array = ends[np.searchsorted(ends[:-1], places)] - places
     return found
