@@ -382,7 +382,7 @@ class Report:
             The intervals of the model, as a report that leaves them out names them.
         """
         if self.times is not None:
-            return f"{self.times}; answered by: {self.by}"
+            return f"{self.times}; answered by: {self.by}" if self.by else str(self.times)
         return None if left_out is None else f"{left_out}; {left_out.of_check}"
 
     @property

@@ -12,6 +12,7 @@ import pytest
 from lxml import etree
 
 from dineros.analysis.checks.check import FAULTS
+from dineros.analysis.model.times import UsedTimes
 from dineros.analysis.witnesses import report_formats
 from dineros.analysis.witnesses.findings import Finding, Report, Step, Unknown, Witness
 from dineros.analysis.witnesses.report_formats import to_junit
@@ -35,6 +36,14 @@ NOTE = Finding("queue-overflow", "note", (), "only a note: <&\x00>")
 
 def report() -> Report:
     return Report([OVERFLOW, UNBOUNDED, UNUSED, NOTE], ["no deadlock"], [FAIRNESS, LIVENESS])
+
+
+def test_the_note_about_times_names_an_engine_only_if_one_has_answered() -> None:
+    times = UsedTimes(1, "lidar.on_timer [0,0]", "1/10")
+    assert Report(times=times).text_of_times(None) == str(times)
+    assert (
+        Report(times=times, by="state classes").text_of_times(None) == f"{times}; answered by: state classes"
+    )
 
 
 @pytest.fixture
