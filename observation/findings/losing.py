@@ -7,7 +7,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from dineros.analysis.witnesses.findings import Fault, Finding
-from dineros.sources.facts import CallbackFact, Effect, NodeFact, is_open
+from dineros.observation.importing.timing import stops_of
+from dineros.sources.facts import CallbackFact, Effect, Entity, NodeFact, is_open
 from dineros.sources.places import Place
 from dineros.sources.resolving import full_name_of
 
@@ -35,8 +36,14 @@ LATE = Fault(
     "The callback of a timer sleeps as long as its period, or for a time that is unknown from the code.",
     "{who} {words}",
 )
+BEHIND = Fault(
+    "code-falls-behind",
+    "error",
+    "The callback of a subscription sleeps on a rate that is slower than the timer that publishes its messages.",
+    "{who} {words}",
+)
 
-FAULTS = (EARLY, LOSES, AGAIN, LATE)
+FAULTS = (EARLY, LOSES, AGAIN, LATE, BEHIND)
 
 _OUTSIDE = ("constructor", "main")
 _RESTS = (
@@ -77,6 +84,7 @@ def losses(nodes: Iterable[NodeFact]) -> Iterator[tuple[Place, Finding]]:
         yield from _again(use, every)
     for node in every:
         yield from _late(node)
+        yield from _behind(node, every)
 
 
 def said(callback: CallbackFact, node: NodeFact) -> str:
@@ -242,3 +250,62 @@ def _late(node: NodeFact) -> Iterator[tuple[Place, Finding]]:
             continue
         at = (unknown or sleeps)[0].at
         yield at, LATE.found(node.name, callback.name, who=said(callback, node), words=words)
+
+
+def _behind(node: NodeFact, nodes: Iterable[NodeFact]) -> Iterator[tuple[Place, Finding]]:
+    """Yield sleeps on a rate by which a subscription takes fewer messages than a timer publishes.
+
+    Runs that follow one another end at different ticks of the rate, so a period lies between two of them. A
+    reader that keeps only the newest message, or does not ask for all, is meant to lose the others.
+    """
+    if not isinstance(node.threads, int) and node.threads != "processors":
+        return
+    for reader in node.of("subscriptions"):
+        callback, depth = reader.callbacks.get("callback"), reader.details.get("depth")
+        is_one_by_one = reader.group is None or reader.group.details.get("kind") == "exclusive"
+        if callback is None or not reader.is_enabled or not is_one_by_one:
+            continue
+        if reader.details.get("reliability") != "reliable" or not isinstance(depth, int) or depth < 2:
+            continue
+        sleeps = [
+            each
+            for each in callback.effects
+            if (each.do, each.how, each.when) == ("sleep", "rate", "always") and each.timeout is not None
+        ]
+        slowest = max(sleeps, key=lambda each: each.timeout or 0.0, default=None)
+        if slowest is None or slowest.timeout is None or _never_wakes(slowest, node):
+            continue
+        for sender, other, period in _periods(reader, node, nodes):
+            if period < slowest.timeout:
+                words = (
+                    f"sleeps on a rate of {slowest.timeout:g} s, and {sender.name} of {other.name} publishes "
+                    f"a message to {full_name_of(reader, node)} each {period:g} s: a history of depth {depth} "
+                    "overflows"
+                )
+                yield slowest.at, BEHIND.found(node.name, callback.name, who=said(callback, node), words=words)
+                break
+
+
+def _never_wakes(sleep: Effect, node: NodeFact) -> bool:
+    """Return whether the timer of a rate of rclpy needs the only thread, on which the callback sleeps."""
+    return node.threads == 1 and sleep.at.file.endswith(".py")
+
+
+def _periods(
+    reader: Entity, node: NodeFact, nodes: Iterable[NodeFact]
+) -> Iterator[tuple[CallbackFact, NodeFact, float]]:
+    """Yield timers of other nodes that publish a message for a subscription at each tick."""
+    for other in nodes:
+        if other is node or other.threads == "not spun" or other.managed:
+            continue
+        for timer in other.of("timers"):
+            sender, period = timer.callbacks.get("callback"), timer.details.get("period")
+            if sender is None or not timer.is_enabled or not isinstance(period, (int, float)):
+                continue
+            if stops_of(timer, other) is None and any(
+                (each.do, each.when) == ("publish", "always")
+                and each.entity is not None
+                and full_name_of(each.entity, other) == full_name_of(reader, node)
+                for each in sender.effects
+            ):
+                yield sender, other, period

@@ -7,11 +7,13 @@ from pathlib import Path
 import pytest
 
 from dineros.observation.findings.code import code_findings
+from dineros.observation.findings.losing import FAULTS
 from dineros.sources.reading import read_source
 
 HEAD = """
 import rclpy, sys, threading, time
-from rclpy.executors import SingleThreadedExecutor
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import String
@@ -70,6 +72,27 @@ executor.add_node(Planner())
 executor.add_node(Api())
 executor.spin()
 """
+RATE = """
+class Source(Node):
+    def __init__(self):
+        super().__init__("source")
+        self.out = self.create_publisher(String, "command", 10)
+        self.create_timer(PERIOD, self.say)
+    def say(self):
+        SAYS
+class Sleeper(Node):
+    def __init__(self):
+        super().__init__("sleeper")
+        self.rate = self.create_rate(HERTZ)
+        self.create_subscription(String, "command", self.on_command, DEPTH, callback_group=GROUP)
+    def on_command(self, message):
+        self.rate.sleep()  # HERE
+rclpy.init()
+executor = MultiThreadedExecutor(num_threads=THREADS)
+executor.add_node(Source())
+executor.add_node(Sleeper())
+executor.spin()
+"""
 AGAIN = """
 class Manager(Node):
     def __init__(self):
@@ -98,9 +121,10 @@ def found(folder: Path, text: str, **words: str) -> list[str]:
         text = text.replace(word, said)
     (folder / "robot.py").write_text(text)
     line = next(number for number, line in enumerate(text.split("\n"), 1) if "HERE" in line)
-    rules = ("code-publishes-early", "code-loses-server", "code-asks-again", "code-overruns")
+    rules = {fault.rule: fault.severity for fault in FAULTS}
     findings = [each for each in code_findings([(".", read_source(folder))]) if each.rule in rules]
-    assert all(each.lines == (f"robot.py:{line}",) and each.severity == "warning" for each in findings)
+    assert all(each.lines == (f"robot.py:{line}",) for each in findings)
+    assert all(each.severity == rules[each.rule] for each in findings)
     return [each.rule for each in findings]
 
 
@@ -128,6 +152,26 @@ def test_a_timer_that_sleeps_longer_than_its_period(
     tmp_path: Path, seconds: str, expected: list[str]
 ) -> None:
     assert found(tmp_path, TIMER, SECONDS=seconds) == expected
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        ({}, ["code-falls-behind"]),
+        ({"HERTZ": "20", "PERIOD": "0.1"}, []),
+        ({"HERTZ": "10", "PERIOD": "0.1"}, []),
+        ({"THREADS": "1"}, []),  # the callback never wakes up, which is another finding
+        ({"GROUP": "ReentrantCallbackGroup()"}, []),  # one tick of the rate wakes all runs
+        ({"DEPTH": "1"}, []),
+        ({"SAYS": "if sys.argv: self.out.publish(String())"}, []),
+        ({"self.rate.sleep()": "if sys.argv: self.rate.sleep()"}, []),
+    ],
+)
+def test_a_rate_that_is_slower_than_the_messages(
+    tmp_path: Path, words: dict[str, str], expected: list[str]
+) -> None:
+    said = {"PERIOD": "0.01", "HERTZ": "1", "THREADS": "2", "GROUP": "None", "DEPTH": "10"}
+    assert found(tmp_path, RATE, **(said | {"SAYS": "self.out.publish(String())"} | words)) == expected
 
 
 @pytest.mark.parametrize(
