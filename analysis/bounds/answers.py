@@ -66,7 +66,8 @@ class Bounds:
         if not paths:
             raise DinerosError(
                 f"no data flows from {named(first)} to {named(last)}",
-                hint="data flows from a callback through a topic to the callbacks that take its messages",
+                hint="bounds follow data through topics to the callbacks that take its messages; "
+                "requests, responses, goals, results and feedback are not followed",
             )
         found = _worst([self._along(path) for path in paths])
         return self._reacting(paths[0], found) if len(paths) == 1 else found

@@ -11,13 +11,15 @@ from dineros.analysis.model.wording import source_of
 from dineros.metamodel import sym
 from dineros.metamodel.times.given import says_times, with_lifespans
 from dineros.transformations.rules.histories import R2, R3
+from dineros.transformations.rules.times.strikes import D1
 
 
 def never_lost(subject: Subject) -> set[str]:
-    """Return the ids of transitions of a net with times that would lose a message, and never fire.
+    """Return the ids of transitions of a net with times that would lose a message or a tick, and never fire.
 
-    Those of reader histories that are deep enough for all that can wait there; and those of writer histories,
-    if each message that is on its way has a clock: then it leaves the history at once.
+    Those of reader histories that are deep enough for all that can wait there; those of writer histories, if
+    each message that is on its way has a clock: then it leaves the history at once; and those of timers whose
+    callbacks begin before the next strike.
     """
     bounds = _bounds(subject)
     if bounds is None:
@@ -31,6 +33,10 @@ def never_lost(subject: Subject) -> set[str]:
             ends = source_of(queue.link, sym.PublisherPort), source_of(queue.link, sym.SubscriberPort)
             if bounds.never_waits(*ends):
                 found.update(queue.drops)
+    for link in subject.links():
+        is_miss = link.maker is D1 and link.role == "miss"
+        if is_miss and bounds.loses_no_tick(source_of(link, sym.CallbackPage)):
+            found.add(link.target.id)
     return found
 
 

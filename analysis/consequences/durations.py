@@ -13,6 +13,9 @@ With times, it stays an error if the model gives all times that it depends on: t
 nodes and of all that send them messages, and of the messages between them. In models of any source, an
 overflow and an open question name the first of these times that is missing.
 
+Ticks of timers are lost only with times. Whether they are is a note as long as a time is missing that it
+depends on, unless the callback takes longer than its period in any case.
+
 The search for such an overflow may not end. Then it could only be a note, too, and the question is left to
 the durations. With times, that is so where the callback that reads has no greatest duration.
 """
@@ -24,7 +27,13 @@ from dataclasses import replace
 from dineros.analysis.answers.budget import RAN_OUT
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.checks.overflow import Overflow
-from dineros.analysis.consequences.missing_times import ends_of, missing_times, nodes_around
+from dineros.analysis.consequences.missing_times import (
+    ends_of,
+    missing_times,
+    missing_times_of,
+    nodes_around,
+)
+from dineros.analysis.timed_checks.faults import LOSES_TICKS
 from dineros.analysis.witnesses.findings import Finding, Report
 from dineros.metamodel import pn, sym
 from dineros.metamodel.callbacks.groups import callback_page_of, runs_callbacks
@@ -43,8 +52,12 @@ def left_to_durations(model: pn.Net, report: Report) -> Report:
     if not isinstance(model, sym.SystemModel):
         return report
     channels = {channel.id: channel for channel in model.channels}
+    timers = {page.id: page for page in model.eAllContents() if isinstance(page, sym.CallbackPage)}
     findings = []
     for finding in report.findings:
+        if finding.rule == LOSES_TICKS.rule:
+            findings.append(_tick_with_missing(finding, timers[finding.elements[0]]))
+            continue
         channel = channels.get(next(iter(finding.elements), ""))
         is_open = finding.rule == Overflow.LOSES.rule and _depends(channel)
         if is_open and channel is not None and report.times is not None:
@@ -58,7 +71,11 @@ def left_to_durations(model: pn.Net, report: Report) -> Report:
     for each in report.unknown:
         channel = channels.get(next(iter(each.elements), ""))
         is_open = each.rule == Overflow.LOSES.rule and _depends(channel)
-        if is_open and (report.times is None or _reads_for_any_time(channel)):
+        if each.rule == LOSES_TICKS.rule and (missing := _missing_of(timers[each.elements[0]])):
+            findings.append(
+                Finding(each.rule, "note", each.elements, f"{each.question} is not known; {missing}")
+            )
+        elif is_open and (report.times is None or _reads_for_any_time(channel)):
             findings.append(_open_note(each))
         else:
             unknown.append(_open_with_missing(each, channel, model, report))
@@ -92,6 +109,19 @@ def _with_missing(finding: Finding, channel: sym.Channel | None, report: Report)
         return finding
     missing = next(missing_times(channel), "")
     return replace(finding, message=f"{finding.message}; {missing}") if missing else finding
+
+
+def _tick_with_missing(finding: Finding, page: sym.CallbackPage) -> Finding:
+    """Return a lost tick as a note that names a time which the model does not give, if there is one."""
+    missing = _missing_of(page)
+    return replace(finding, severity="note", message=f"{finding.message}; {missing}") if missing else finding
+
+
+def _missing_of(page: sym.CallbackPage) -> str:
+    """Return a time that is missing and decides whether a timer loses ticks; empty if there is none."""
+    takes, period, node = duration_of(page), period_of(page), node_net_of(page)
+    is_too_slow = takes is not None and period is not None and takes.earliest > period
+    return "" if is_too_slow or node is None else next(missing_times_of([node]), "")
 
 
 def _open_with_missing(

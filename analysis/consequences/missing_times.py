@@ -1,8 +1,8 @@
-"""The times on which the load of a channel depends, and that a model does not give."""
+"""The times on which the load of a channel or of a node depends, and that a model does not give."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.callbacks.bodies import Body
@@ -20,7 +20,12 @@ from dineros.metamodel.times.given import (
 
 def missing_times(channel: sym.Channel) -> Iterator[str]:
     """Yield the times that a model does not give and on which the load of a channel depends, in words."""
-    for node in nodes_around(channel):
+    yield from missing_times_of(_nodes_of(channel))
+
+
+def missing_times_of(nodes: Iterable[sym.NodeNet]) -> Iterator[str]:
+    """Yield the times that a model does not give and on which the load of some nodes depends, in words."""
+    for node in _with_senders(nodes):
         if is_unseen(node) or node.lifecycle is not None:
             yield f"nothing says when node {label(node)} is active"
         elif not runs_callbacks(node):
@@ -37,7 +42,12 @@ def missing_times(channel: sym.Channel) -> Iterator[str]:
 
 def nodes_around(channel: sym.Channel) -> list[sym.NodeNet]:
     """Return the nodes at a channel, and all on which these depend."""
-    todo, seen = _nodes_of(channel), list[sym.NodeNet]()
+    return _with_senders(_nodes_of(channel))
+
+
+def _with_senders(nodes: Iterable[sym.NodeNet]) -> list[sym.NodeNet]:
+    """Return some nodes, and all on which these depend."""
+    todo, seen = list(nodes), list[sym.NodeNet]()
     while todo:
         node = todo.pop(0)
         if node not in seen:

@@ -258,7 +258,8 @@ class Latencies:
             raise DinerosError(
                 f"no data flows from {named(first)} to {named(last)}",
                 hint="data flows from a callback through a topic to the callbacks that take its messages, "
-                "and through a place of a node to the callbacks that read the place",
+                "and through a place of a node to the callbacks that read the place; "
+                "requests, responses, goals, results and feedback are not followed",
             )
         found = self._measured(paths)
         if found.reason or not with_ages:
@@ -344,7 +345,8 @@ class Latencies:
 
     def _measured(self, paths: list[Path]) -> Latency:
         if self.reason:
-            return Latency(None, None, None, False, self.reason)
+            missing = next((each for path in paths for each in missing_on(path)), "")
+            return Latency(None, None, None, False, missing or self.reason)
         found: list[tuple[Measured, bool]] = []
         for path in paths:
             if mixed := next(filter(_is_mixed, path.callbacks), None):

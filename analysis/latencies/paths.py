@@ -227,7 +227,10 @@ def missing_on(path: Path) -> Iterator[str]:
     for hop in path.topics:
         topic = "" if hop.writer.channel is None else hop.writer.channel.topic
         latency = latency_between(hop.writer, hop.reader)
-        if latency is None or latency.latest is None:
+        ends = [node_net_of(port.place) for port in (hop.writer, hop.reader)]
+        if managed := next((each for each in ends if each is not None and each.lifecycle is not None), None):
+            yield f"node {label(managed)} of topic {topic} is managed, and nothing says when it is active"
+        elif latency is None or latency.latest is None:
             yield f"the model gives no latency for topic {topic}"
         elif not on_the_way(hop.writer, hop.reader):
             yield f"nothing bounds how often topic {topic} is published"

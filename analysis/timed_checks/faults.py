@@ -24,6 +24,12 @@ LOCKED = Fault(
     "A state can be reached in which a transition has to fire, but priorities forbid it.",
     "time can come to an end: {transitions} have priority over each other, so none of them fires",
 )
+LOSES_TICKS = Fault(
+    "timer-loses-ticks",
+    "warning",
+    "A timer strikes while its last tick still waits: its callback runs less often than its period says.",
+    "the timer of {callback} can lose ticks: it strikes while its last tick still waits",
+)
 
-TIMED_FAULTS = FAULTS | {fault.rule: fault for fault in (TOO_LATE, STOPS, LOCKED)}
+TIMED_FAULTS = FAULTS | {fault.rule: fault for fault in (TOO_LATE, STOPS, LOCKED, LOSES_TICKS)}
 """All that a check with times may find, by its rule."""

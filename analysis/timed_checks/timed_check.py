@@ -25,6 +25,7 @@ from dineros.analysis.timed_checks.boundedness import TimedBoundedness, TimedPla
 from dineros.analysis.timed_checks.callbacks import TimedCallbacks
 from dineros.analysis.timed_checks.endings import TimedDeadlock
 from dineros.analysis.timed_checks.faults_of_time import NeverInTime, TimeStops
+from dineros.analysis.timed_checks.lost_ticks import LostTicks
 from dineros.analysis.timed_checks.timed_checked import TimedChecked
 from dineros.analysis.timed_checks.unforced import ask_unforced
 from dineros.analysis.witnesses.findings import Report
@@ -41,6 +42,7 @@ TIMED_QUESTIONS: tuple[Question, ...] = (
     TimedDeadlock(),
     TimeStops(),
     TimedCallbacks(),
+    LostTicks(),
     Goals(),
     TimedPlaces(),
     Properties(),
@@ -115,7 +117,8 @@ def ask_timed(
         before = len(report.unknown)
         checked.budget.stage(question.asks)
         with checked.guarded(partial(question.leave_open, checked)):
-            checked.budget.check_time()
+            if checked.firings is None or not question.reads_firings:
+                checked.budget.check_time()
             question.ask(checked)
         if len(report.unknown) > before:
             report.open_rules |= {fault.rule for fault in question.faults}

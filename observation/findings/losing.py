@@ -39,7 +39,7 @@ LATE = Fault(
 BEHIND = Fault(
     "code-falls-behind",
     "error",
-    "The callback of a subscription sleeps on a rate that is slower than the timer that publishes its messages.",
+    "The callback of a subscription sleeps on a rate that is slower than its messages.",
     "{who} {words}",
 )
 
@@ -277,12 +277,12 @@ def _behind(node: NodeFact, nodes: Iterable[NodeFact]) -> Iterator[tuple[Place, 
             continue
         for sender, other, period in _periods(reader, node, nodes):
             if period < slowest.timeout:
+                topic, who = full_name_of(reader, node), said(callback, node)
                 words = (
                     f"sleeps on a rate of {slowest.timeout:g} s, and {sender.name} of {other.name} publishes "
-                    f"a message to {full_name_of(reader, node)} each {period:g} s: a history of depth {depth} "
-                    "overflows"
+                    f"a message to {topic} each {period:g} s: a history of depth {depth} overflows"
                 )
-                yield slowest.at, BEHIND.found(node.name, callback.name, who=said(callback, node), words=words)
+                yield slowest.at, BEHIND.found(node.name, callback.name, who=who, words=words)
                 break
 
 

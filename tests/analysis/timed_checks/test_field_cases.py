@@ -66,19 +66,20 @@ def slow_timer(work: float, threads: int = 1, order: str = "rclpy") -> sym.Syste
 
 @pytest.mark.long
 @pytest.mark.parametrize(
-    ("work", "threads", "order", "is_healthy"),
+    ("work", "threads", "order", "starves"),
     [
-        (0.01, 1, "rclpy", True),
-        (0.01, 4, "rclpy", True),
-        (0.12, 1, "rclpy", True),
-        (0.12, 1, "any", False),
-        (0.12, 4, "rclpy", False),
+        (0.01, 1, "rclpy", False),
+        (0.01, 4, "rclpy", False),
+        (0.12, 1, "rclpy", False),
+        (0.12, 1, "any", True),
+        (0.12, 4, "rclpy", True),
     ],
 )
-def test_a_timer_slower_than_its_period(work: float, threads: int, order: str, is_healthy: bool) -> None:
-    assert findings(slow_timer(work, threads, order)) == (
-        set() if is_healthy else {"queue-overflow", "property-violated"}
-    )
+def test_a_timer_slower_than_its_period(work: float, threads: int, order: str, starves: bool) -> None:
+    """Its callback runs less often in any case; whether the other one starves depends on the order."""
+    slow = {"timer-loses-ticks"} if work > 0.1 else set()
+    starving = {"queue-overflow", "property-violated"} if starves else set()
+    assert findings(slow_timer(work, threads, order)) == slow | starving
 
 
 def camera(work: tuple[float, float], period: float = 0.03) -> sym.SystemModel:

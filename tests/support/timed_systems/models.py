@@ -3,8 +3,9 @@
 A system is a dictionary: `nodes` with threads, `latency` by topic and service, `chains`, and `callbacks` with
 a `script` of steps. ``["work", a, b]`` takes a to b units, ``["publish", topic]`` no time, ``["open", a, b,
 topic]`` works for a to b and publishes at any moment of that, ``["call", service, group]`` waits for a
-response that comes to a client in that group. A callback that works once can have `stores`, the name of a
-value of its node that it replaces when it ends, and `samples`, the names of values that it reads.
+response that comes to a client in that group, and ``["call", service, group, timeout]`` no longer than that.
+A callback that works once can have `stores`, the name of a value of its node that it replaces when it ends,
+and `samples`, the names of values that it reads.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ class _Maker:
         self.values: dict[str, sym.Place] = {}
         self.readers: dict[str, list[tuple[sym.Place, int]]] = {}
         self.servers: dict[str, tuple[sym.CallbackPage, pn.Place, pn.Place]] = {}
-        self.calls: list[tuple[str, str, str, pn.Place, pn.Place, str]] = []
+        self.calls: list[tuple[str, str, sym.ClientPort]] = []
 
     def made(self) -> sym.SystemModel:
         for name, node in self.system["nodes"].items():
@@ -144,24 +145,30 @@ class _Maker:
         name = each["name"]
         steps = list(each["script"])
         number = 0
+        late: pn.PlaceNode | None = None
         while steps:
             number += 1
+            port: sym.ClientPort | None = None
             first = steps.pop(0)
             tells: list[pn.PlaceNode] = []
             if first[0] == "open":
                 before = self._open(page, f"{name}.{number}", first, before)
-                interval = self.interval(0, 0)
+                takes = [0, 0]
             else:
                 assert first[0] == "work", first
-                interval = self.interval(*first[1:3])
+                takes = first[1:3]
             onward: list[pn.PlaceNode] = []
             while steps and steps[0][0] == "publish":
                 tells.append(self._publisher(page, steps.pop(0)[1]))
             if steps and steps[0][0] == "call":
-                _, service, group = steps.pop(0)
+                _, service, group, *timeout = steps.pop(0)
                 request = place(page, f"{name}.{number}.request")
                 response = place(page, f"{name}.{number}.response")
-                self.calls.append((service, f"{name}.{number}", each["node"], request, response, group))
+                port = sym.ClientPort(client=f"{name}.{number}", request=request, response=response)
+                if timeout:
+                    port.timeout = round(timeout[0] * self.unit, 9)
+                    port.timedOut = place(page, f"{name}.{number}.late")
+                self.calls.append((service, group, port))
                 tells.append(request)
                 onward = [response]
             elif steps:
@@ -169,9 +176,11 @@ class _Maker:
                 tells.append(onward[0])
             else:
                 tells.extend(after)
-            made = step(page, f"{name}.do{number}", before, tells)
-            made.interval = interval
+            step(page, f"{name}.do{number}", before, tells).interval = self.interval(*takes)
+            if late is not None:
+                step(page, f"{name}.late{number}", [late], tells).interval = self.interval(*takes)
             before = onward
+            late = port.timedOut if port is not None else None
 
     def _open(
         self, page: sym.CallbackPage, name: str, opened: list[Any], before: list[pn.PlaceNode]
@@ -201,10 +210,11 @@ class _Maker:
     def _service(self, service: str, page: sym.CallbackPage, entry: pn.Place, exit_: pn.Place) -> None:
         made = sym.ServiceChannel(id=f"{service}.service", service=service, depth=10)
         made.server = sym.ServerPort(page=page, entry=entry, exit=exit_)
-        for called, name, node, request, response, group in self.calls:
+        for called, group, port in self.calls:
             if called == service:
-                port = sym.ClientPort(client=name, request=request, response=response)
-                port.group = self._group(node, group)
+                node = port.request.page.page if port.request.page is not None else None
+                assert node is not None
+                port.group = self._group(str(node.id), group)
                 made.clients.append(port)
         made.latency = self.interval(*self.system["latency"].get(service, (0, 0)))
         self.model.channels.append(made)
