@@ -36,11 +36,13 @@ from dineros.analysis.consequences.missing_times import (
 from dineros.analysis.timed_checks.faults import LOSES_TICKS
 from dineros.analysis.witnesses.findings import Finding, Report
 from dineros.metamodel import pn, sym
+from dineros.metamodel.callbacks.bodies import Body
 from dineros.metamodel.callbacks.groups import callback_page_of, runs_callbacks
 from dineros.metamodel.calls import HISTORY_DEPTH
 from dineros.metamodel.elements import is_unseen, label, node_net_of
 from dineros.metamodel.matching import are_matched
 from dineros.metamodel.times.given import duration_of, period_of, runs_at_once, says_times
+from dineros.metamodel.times.handlers import handled_for, handled_until
 from dineros.metamodel.times.runs import least_put, most_put, only_put_by
 
 WHY = "if callbacks take long enough; the code does not say how long they take"
@@ -121,7 +123,12 @@ def _missing_of(page: sym.CallbackPage) -> str:
     """Return a time that is missing and decides whether a timer loses ticks; empty if there is none."""
     takes, period, node = duration_of(page), period_of(page), node_net_of(page)
     is_too_slow = takes is not None and period is not None and takes.earliest > period
-    return "" if is_too_slow or node is None else next(missing_times_of([node]), "")
+    if node is None or (is_too_slow and runs_callbacks(node)):
+        return ""
+    for move in Body(page).beginnings() if not runs_callbacks(node) else ():
+        if handled_for(move) is not None and handled_until(node, move) is None:
+            return f"the duration of the handler of transition {label(move)} is not used"
+    return next(missing_times_of([node]), "")
 
 
 def _open_with_missing(

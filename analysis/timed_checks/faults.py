@@ -30,6 +30,12 @@ LOSES_TICKS = Fault(
     "A timer strikes while its last tick still waits: its callback runs less often than its period says.",
     "the timer of {callback} can lose ticks: it strikes while its last tick still waits",
 )
+SKIPS_TICKS = Fault(
+    "timer-loses-ticks",
+    "note",
+    LOSES_TICKS.meaning,
+    "the timer of {callback} can lose ticks: its callback can begin only in some states",
+)
 
 TIMED_FAULTS = FAULTS | {fault.rule: fault for fault in (TOO_LATE, STOPS, LOCKED, LOSES_TICKS)}
 """All that a check with times may find, by its rule."""

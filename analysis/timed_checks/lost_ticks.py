@@ -15,14 +15,18 @@ from dineros.analysis.model.wording import source_of
 from dineros.analysis.timed_checks import faults
 from dineros.metamodel import sym
 from dineros.metamodel.elements import label
+from dineros.metamodel.times.orders import begins_in_every_state
 from dineros.transformations.rules.times.strikes import D1
 
 
 class LostTicks(Question):
-    """Whether a timer can strike while its last tick still waits."""
+    """Whether a timer can strike while its last tick still waits.
 
-    LOSES = faults.LOSES_TICKS
-    faults = (LOSES,)
+    If its callback can begin only in some states, the model says that ticks may wait: then it is a note.
+    """
+
+    LOSES, SKIPS = faults.LOSES_TICKS, faults.SKIPS_TICKS
+    faults = (LOSES, SKIPS)
     asks = "which timers can lose ticks"
     reads_firings = True
 
@@ -50,11 +54,14 @@ class LostTicks(Question):
                 witness = firing_witness(checked, [transition])
             if witness is None:
                 checked.leave_open(f"how the timer of {label(page)} loses a tick", why_unseen(checked))
-            found = self.LOSES.found(page.id, witness=witness, callback=label(page))
-            checked.report.findings.append(found)
+            fault = self.LOSES if begins_in_every_state(page) else self.SKIPS
+            checked.report.findings.append(fault.found(page.id, witness=witness, callback=label(page)))
 
     def _leave_open(self, checked: Checked, page: sym.CallbackPage, reason: str) -> None:
-        asks = Outcome.left_open(f"whether the timer of {label(page)} loses ticks", reason)
+        is_fault = begins_in_every_state(page)
+        asks = Outcome.left_open(
+            f"whether the timer of {label(page)} loses ticks", reason, may_be_fault=is_fault
+        )
         checked.report.unknown.append(replace(asks, elements=(page.id,), rule=self.LOSES.rule))
 
 

@@ -56,15 +56,19 @@ def why_any(node: sym.NodeNet) -> str:
     return ""
 
 
+def begins_in_every_state(page: sym.CallbackPage) -> bool:
+    """Return whether the callback of a timer can begin whenever a thread and its group are free."""
+    model = system_model_of(page)
+    return model is not None and any(_is_always_enabled(each, model) for each in Body(page).beginnings())
+
+
 def _why_not_at_once(page: sym.CallbackPage, away: Collection[pn.Node | None], model: sym.SystemModel) -> str:
     """Return why a callback that is ready may be unable to begin on a free thread; empty if it always can."""
     readers = readers_of(page)
     if page.kind == sym.CallbackKind.timer:
         if readers:
             return f"{page.id} is called by a timer and by messages"
-        begins = Body(page).beginnings()
-        is_free = any(_is_always_enabled(each, model) for each in begins)
-        return "" if is_free else f"{page.id} can begin only in some states"
+        return "" if begins_in_every_state(page) else f"{page.id} can begin only in some states"
     if len(readers) != 1:
         return f"{page.id} is not called by one subscription"
     (reader,) = readers

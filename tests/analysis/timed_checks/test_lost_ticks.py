@@ -11,8 +11,8 @@ from dineros.analysis.timed_checks import boundedness
 from dineros.analysis.timed_checks.lost_ticks import misses
 from dineros.analysis.timed_checks.timed_check import check_timed
 from dineros.analysis.witnesses.findings import Finding, Report
-from dineros.metamodel import sym
-from dineros.metamodel.build import seconds
+from dineros.metamodel import pn, sym
+from dineros.metamodel.build import callback, flow, node_net, place, seconds, step
 from dineros.metamodel.elements import find
 from tests.support.timed_systems.counted import COUNTED
 from tests.support.timed_systems.models import model_of
@@ -63,3 +63,25 @@ def test_bounds_prove_it_if_there_are_too_many_classes(monkeypatch: pytest.Monke
         "the timer of fast loses no tick",
         "the timer of slow loses no tick",
     }
+
+
+def test_a_callback_that_begins_only_in_some_states_may_let_ticks_pass() -> None:
+    model = model_of(COUNTED[7].system)
+    page = find(model, "fast", sym.CallbackPage)
+    flow(place(page, "words", tokens=2), find(model, "fast.do", pn.Transition))
+    found = lost(left_to_durations(model, check_timed(model)))
+    assert {each.elements[0]: each.severity for each in found} == {"fast": "note"}
+
+
+def test_a_handler_of_a_timer_whose_duration_is_not_used_makes_it_a_note() -> None:
+    model = sym.SystemModel(id="scanning", middleware="ros2")
+    model.times = sym.DefaultTimes(
+        reaction=seconds(0, 0.02), latency=seconds(0, 0.01), duration=seconds(0, 0.01)
+    )
+    page = callback(node_net(model, "lidar"), "OnScanner", "timer", 0.1)
+    step(page, "Scan", [], [])
+    (found,) = lost(left_to_durations(model, check_timed(model)))
+    assert found.severity == "note"
+    assert found.message.endswith("; the duration of the handler of transition Scan is not used")
+    model.times.duration = None
+    assert not lost(check_timed(model)), "the engine reacts in time"
