@@ -198,6 +198,8 @@ class CallbackFact:
         The effects in their branches; None if the order could not be followed.
     answers : dict of str to bool
         Of a service: fields of its response that have this value each time.
+    lacks : str
+        ``always`` or ``conditional``, if it returns something else than rclpy needs: no response, no result.
     """
 
     name: str
@@ -209,6 +211,7 @@ class CallbackFact:
     is_apart: bool = False
     body: list[Item] | None = field(default=None, repr=False)
     answers: dict[str, bool] = field(default_factory=dict)
+    lacks: str = ""
 
     def to_json(self) -> dict[str, Any]:
         """Return the callback in the schema of the facts."""

@@ -34,6 +34,18 @@ OWN = Fault(
     "A callback waits for something that only blocked callbacks can do.",
     "{who} {words}",
 )
+GIVES = Fault(
+    "code-gives-none",
+    "error",
+    "A callback does not return what rclpy needs: a response, a result.",
+    "{who} {words}",
+)
+FORGETS = Fault(
+    "code-never-awaits",
+    "warning",
+    "A callback calls a coroutine and does not await it: nothing of it runs.",
+    "{who} {words}: nothing of it runs",
+)
 IGNORES = Fault("code-ignores", "note", "The result of a goal is ignored.", "{who} {words}")
 MAKES = Fault("code-makes-clients", "note", "A callback creates a client in each run.", "{who} {words}")
 
@@ -46,6 +58,8 @@ FAULTS = {
         LOOPS,
         HOLDS,
         OWN,
+        GIVES,
+        FORGETS,
         IGNORES,
         MAKES,
         *OF_LOSSES,
@@ -57,7 +71,7 @@ FAULTS = {
 
 _CALLED = (
     *("subscription", "timer", "service", "goal", "cancel", "accepted", "done callback", "feedback"),
-    *("transition", "parameters"),
+    *("transition", "parameters", "task"),
 )
 """Kinds of callbacks that an executor runs in turn."""
 _THROWS = "rclcpp throws an exception, as the node is in an executor already"
@@ -87,6 +101,7 @@ def code_findings(read: Iterable[tuple[str, Facts]]) -> list[Finding]:
         for node in facts.nodes:
             for callback in node.callbacks:
                 found += [_at(place, folder, finding) for place, finding in _endless(callback, node)]
+                found += [_at(place, folder, finding) for place, finding in _gives(callback, node)]
                 if _holds_others_up(callback, node) or callback.kind == "constructor":
                     vain = lookups(callback, node, said(callback, node), _group)
                     found += [_at(place, folder, finding) for place, finding in vain]
@@ -131,9 +146,16 @@ def _of_callback(callback: CallbackFact, node: NodeFact) -> Iterator[tuple[Place
         if effect.do == "sleep" and (effect.timeout or 0) >= LONG:
             words = f"sleeps {effect.timeout:g} s{where}, and delays everything that waits for it"
             yield finding(SLEEPS, effect, words)
-        elif effect.do in ("wait_for_service", "wait_for_server") and "without time-out" in effect.how:
+        elif effect.do in ("wait_for_service", "wait_for_server") and (
+            effect.is_repeated or "without time-out" in effect.how
+        ):
             what = "service" if effect.do.endswith("service") else "action server"
             words = f"waits without time-out for the {what} of {effect.what}: forever, if it is missing"
+            yield finding(WAITS, effect, words)
+        elif effect.do == "wait_for_message" and effect.how == "without time-out":
+            words = f"waits without time-out for {effect.what}: forever, if none comes"
+            if node.threads == 1:
+                words += ", or if only callbacks of its own executor publish it"
             yield finding(WAITS, effect, words)
         elif effect.do in ("spin", "spin_once", "spin_until"):
             outcome = _SPINS if effect.at.file.endswith(".py") else _THROWS
@@ -141,6 +163,8 @@ def _of_callback(callback: CallbackFact, node: NodeFact) -> Iterator[tuple[Place
             yield finding(SPINS, effect, words)
         elif effect.do == "loop" and effect.how:
             yield finding(LOOPS, effect, f"may loop forever ({effect.what}): {effect.how}")
+        elif effect.do == "forgets":
+            yield finding(FORGETS, effect, f"calls the coroutine {effect.what} and does not await it")
         elif effect.do == "input" and not is_asked:
             is_asked = True
             yield finding(WAITS, effect, "waits for keyboard input")
@@ -157,6 +181,26 @@ def _endless(callback: CallbackFact, node: NodeFact) -> Iterator[tuple[Place, Fi
             who = f"the work on goals of {node.name} ({callback.name})"
             words = f"waits without time-out for {effect.what}: without a response, the goal never ends"
             yield effect.at, WAITS.found(node.name, callback.name, who=who, words=words)
+
+
+_NEEDS = {
+    "service": ("response", "the program ends with TypeError, and the client waits forever"),
+    "execute": ("result", "the client never gets one"),
+    "goal": ("GoalResponse", "every such goal is rejected"),
+    "cancel": ("CancelResponse", "every such request is rejected"),
+}
+"""What callbacks of rclpy return, and what happens otherwise."""
+
+
+def _gives(callback: CallbackFact, node: NodeFact) -> Iterator[tuple[Place, Finding]]:
+    """Yield callbacks that do not return what rclpy needs; those that may not are warnings."""
+    if callback.lacks and callback.at.file.endswith(".py"):
+        what, then = _NEEDS[callback.kind]
+        verb = "returns" if callback.lacks == "always" else "may return"
+        words = f"{verb} no {what}: {then}"
+        found = GIVES.found(node.name, callback.name, who=said(callback, node), words=words)
+        is_certain = callback.lacks == "always" and callback.kind in ("service", "execute")
+        yield callback.at, found if is_certain else replace(found, severity="warning")
 
 
 def _destroys(callback: CallbackFact) -> bool:
@@ -226,15 +270,36 @@ def _own(
             words = "sleeps on a rate, whose timer needs the only thread, and never wakes up"
             found = OWN.found(node.name, callback.name, who=who, words=f"{words}{_if_one(node)}")
             yield effect.at, found if node.threads == 1 else replace(found, severity="warning")
+        elif is_rate and isinstance(node.threads, int) and _sleepers(node, nodes) >= node.threads:
+            words = (
+                f"sleeps on a rate, whose timer needs one of {node.threads} threads: such sleeps can hold all"
+            )
+            found = OWN.found(node.name, callback.name, who=who, words=words)
+            is_certain = _sleepers(node, nodes) < MANY
+            yield effect.at, found if is_certain else replace(found, severity="warning")
         elif effect.do == "lock" and effect.how == HELD:
             words = f"locks {effect.what}, which it already holds: it waits for itself forever"
             found = OWN.found(node.name, callback.name, who=who, words=words)
             yield effect.at, found if effect.when == "always" else replace(found, severity="warning")
-        elif callback.kind == "done callback" and _blocks_for_goal(effect) and _may_be_one(node):
-            words = f"waits for {_GOALS[effect.do]} of a goal, which needs the only thread, and never ends"
+        elif _blocks_outside(effect, callback) and _may_be_one(node):
+            what = (
+                f"{_GOALS[effect.do]} of a goal" if effect.do in _GOALS else f"the response of {effect.what}"
+            )
+            words = f"waits for {what}, which needs the only thread, and never ends"
             found = OWN.found(node.name, callback.name, who=who, words=f"{words}{_if_one(node)}")
             is_certain = node.threads == 1 and effect.when == "always"
             yield effect.at, found if is_certain else replace(found, severity="warning")
+        elif effect.do == "cancel_goal" and effect.how.startswith("blocks"):
+            words = "waits for the answer to its request to cancel a goal"
+            group = None if effect.entity is None else _common_group([effect.entity])
+            if _may_be_one(node):
+                words += f", which needs the only thread, and never ends{_if_one(node)}"
+            elif group is not None and group == _group(callback, node):
+                words += f", which needs the callback group that {callback.name} itself holds, and never ends"
+            else:
+                continue
+            found = OWN.found(node.name, callback.name, who=who, words=words)
+            yield effect.at, replace(found, severity="warning") if is_open(node.threads) else found
         elif effect.do == "wait" and (why := _never_meanwhile(callback, node, effect.what, nodes)):
             found = OWN.found(node.name, callback.name, who=who, words=f"waits for {effect.what}, {why}")
             ends = f": it waits {effect.timeout:g} s in vain" if effect.timeout is not None else ": forever"
@@ -244,11 +309,36 @@ def _own(
             yield effect.at, replace(found, severity=severity, message=message)
 
 
+MANY = 1000
+"""Number of runs of callbacks that may overlap without limit."""
+
+
+def _sleepers(node: NodeFact, nodes: Iterable[NodeFact]) -> int:
+    """Return how many callbacks on an executor can sleep on a rate of rclpy at once."""
+    groups: set[object] = set()
+    for other in nodes:
+        for each in (
+            other.callbacks if other is node or (other.is_beside(node) and other.pool == node.pool) else ()
+        ):
+            if each.kind in (*_CALLED, "execute") and any(
+                (effect.do, effect.how) == ("sleep", "rate") for effect in each.effects
+            ):
+                if _overlaps_itself(each, other):
+                    return MANY
+                group = _group(each, other)
+                groups.add(id(each) if group is None else (other.name, group))
+    return len(groups)
+
+
 _GOALS = {"send_goal": "the acceptance", "get_result": "the result"}
 
 
-def _blocks_for_goal(effect: Effect) -> bool:
-    return effect.do in _GOALS and effect.how.startswith(("blocks", "polled")) and effect.timeout is None
+def _blocks_outside(effect: Effect, callback: CallbackFact) -> bool:
+    """Return whether a done callback or a task blocks for what the model does not make it wait for."""
+    kinds = ("done callback", "task") if effect.do in _GOALS else ("task",)
+    if callback.kind not in kinds or effect.do not in (*_GOALS, "call"):
+        return False
+    return effect.how.startswith(("blocks", "polled")) and effect.timeout is None and "open" not in effect.how
 
 
 def _never_meanwhile(

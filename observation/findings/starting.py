@@ -24,9 +24,8 @@ STARTS = Fault(
 UNSPUN = Fault(
     "code-waits-unspun",
     "error",
-    "A program waits for a response before an executor runs the node.",
-    "{who} waits for the response of {what} before an executor runs the node: forever, as nothing "
-    "processes the response",
+    "A program waits for a response or a rate before an executor runs the node.",
+    "{who} {words}",
 )
 
 FAULTS = (STARTS, UNSPUN)
@@ -127,13 +126,33 @@ def _precedes(wait: _Wait, node: NodeFact, server: Entity) -> bool:
 
 def _unspun(node: NodeFact) -> Iterator[tuple[Place, Finding]]:
     """Yield calls of the thread that starts a node, before it begins to run its callbacks."""
-    for callback in node.callbacks if node.spun else ():
+    is_lent = node.is_lent or bool(node.lent_to)
+    if not node.spun and (is_lent or node.threads != "not spun"):
+        return
+    for callback in node.callbacks:
         for effect in callback.effects if callback.kind in STARTING else ():
-            entity = effect.entity
-            if effect.do != "call" or entity is None or entity not in node.entities:
-                continue
-            is_endless = effect.how == "blocks, without time-out" and effect.when == "always"
-            if is_endless and 0 < effect.order < node.spun:
+            words = _waits_unspun(effect, node)
+            if words and 0 < effect.order < (node.spun or effect.order + 1):
                 who = f"{callback.name} of {node.name}"
-                found = UNSPUN.found(node.name, callback.name, who=who, what=entity.name or entity.port)
-                yield effect.at, found
+                yield effect.at, UNSPUN.found(node.name, callback.name, who=who, words=words)
+
+
+def _waits_unspun(effect: Effect, node: NodeFact) -> str:
+    """Return for what an effect waits that only an executor of the node brings; empty: for nothing."""
+    when = "before an executor runs the node" if node.spun else "and no executor runs the node"
+    entity = effect.entity
+    if effect.do == "call" and entity in node.entities and effect.when != "conditional":
+        what = entity.name or entity.port
+        is_endless = effect.how == "blocks, without time-out"
+        words = f"waits for the response of {what} {when}: forever, as nothing processes the response"
+        return words if is_endless else ""
+    if (effect.do, effect.how) == ("sleep", "rate") and effect.at.file.endswith(".py"):
+        return f"sleeps on a rate {when}: forever, as nothing runs the timer of the rate"
+    is_loop = effect.do == "loop" and effect.how and effect.when == "always"
+    if is_loop and any(node.of(kind) for kind in _SERVING):
+        return f"never leaves a loop ({effect.what}) {when}: its callbacks never run"
+    return ""
+
+
+_SERVING = ("subscriptions", "timers", "services", "action_servers")
+"""Entities whose callbacks an executor runs."""

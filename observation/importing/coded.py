@@ -34,6 +34,8 @@ MAIN = "main"
 _ASK = ("clients", "action_clients")
 _OUTSIDE = ("constructor", "main", "thread")
 """Kinds of code that runs outside of callbacks."""
+_AT_ANY_TIME = ("event", "task")
+"""Kinds of callbacks that are outside of callback groups, and may run at any time."""
 
 
 @dataclass(frozen=True)
@@ -423,7 +425,7 @@ class _CodedNode:
         """
         own: list[Step] = []
         for fact in self.fact.callbacks:
-            if fact.is_open and fact.at.file and fact.kind in (*_OUTSIDE, "event"):
+            if fact.is_open and fact.at.file and fact.kind in (*_OUTSIDE, *_AT_ANY_TIME):
                 words = f"not all that the {fact.kind} {fact.name} does could be read; omitted in the model"
                 self._taken.lack(f"{self.at(fact.at)}: {words}")
             if fact.kind in _OUTSIDE:
@@ -431,7 +433,7 @@ class _CodedNode:
         if own:
             self._at_any_time(MAIN, own, self.fact.at, timers, callbacks)
         for fact in self.fact.callbacks:
-            steps = _at_any_time(behaviour.steps(fact)) if fact.kind == "event" else []
+            steps = _at_any_time(behaviour.steps(fact)) if fact.kind in _AT_ANY_TIME else []
             if steps:
                 name = re.sub(r"\W+", "_", fact.name).strip("_") or "event"
                 self._at_any_time(name, steps, fact.at, timers, callbacks)

@@ -63,7 +63,8 @@ class Behaviour:
         for effect in fact.effects:
             at = located(effect.at, self._folder)
             is_short = effect.what == TRANSFORM and not effect.is_repeated  # it ends by itself
-            if effect.do == "wait" and not is_short:
+            is_endless = effect.do == "wait_for_message" and effect.timeout is None
+            if (effect.do == "wait" and not is_short) or is_endless:
                 self._taken.lack(
                     f"{at}: waits for {effect.what} ({effect.how}); in the model it continues at once"
                 )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 
+from dineros.sources.language.attributes import changed_name
 from dineros.sources.language.conditions import Conditions
 from dineros.sources.language.gathering import put
 from dineros.sources.language.modules import text_of_code
@@ -36,6 +37,7 @@ class Assignments(Conditions):
 
     def assign(self, target: ast.expr, value: Value, frame: Frame, expr: ast.expr | None = None) -> None:
         """Assign the value of an expression to a target; ports and groups get their names."""
+        self.changes_attribute(target)
         if isinstance(target, ast.Name):
             self._name(value, target.id)
             self.assign_variable(target.id, value, frame)
@@ -46,6 +48,10 @@ class Assignments(Conditions):
             self.gives(target, expr, frame)
             for holder in holders:
                 if isinstance(holder, Object):
+                    setter = self.look_up(holder.cls, f"{target.attr}.setter")
+                    if isinstance(setter, Function):
+                        self.call(Bound(setter, holder), [value], {}, target, frame)
+                        continue
                     is_one = len(holders) == 1
                     self.put(holder, target.attr, value, expr, target, frame, is_certain=is_one)
                 elif isinstance(holder, Outside) and holder.path.startswith("rclpy.qos"):
@@ -79,6 +85,12 @@ class Assignments(Conditions):
             self._unpack(target.elts, value, frame)
         elif isinstance(target, ast.Starred):
             self.assign(target.value, Items([value], is_open=True), frame)
+
+    def changes_attribute(self, target: ast.expr) -> None:
+        """Record that the code changes an attribute, or the container that it holds."""
+        name = changed_name(target)
+        if name is not None and self.activity.fact.kind != "constructor":
+            self.attributes.changed.append((name, self.activity.fact))
 
     def _unpack(self, targets: list[ast.expr], value: Value, frame: Frame) -> None:
         for index, each in enumerate(targets):

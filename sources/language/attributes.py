@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+import ast
+from typing import TYPE_CHECKING, Protocol
 
 from dineros.sources.language.values import (
     Bound,
@@ -21,6 +22,9 @@ from dineros.sources.language.values import (
 )
 from dineros.sources.places import Place
 from dineros.sources.variables import Known, Variable
+
+if TYPE_CHECKING:
+    from dineros.sources.facts import CallbackFact
 
 MOST_VALUES = 12
 """Limit of the values of an attribute."""
@@ -45,6 +49,8 @@ class Attributes:
         Whether something unknown may call anything.
     has_begun : bool
         Whether callbacks run already.
+    changed : list of (str, CallbackFact)
+        Names of attributes that were set or whose containers were changed, and the code that did it.
     """
 
     def __init__(self) -> None:
@@ -56,6 +62,7 @@ class Attributes:
         self.single: set[int] = set()
         self.is_wild = False
         self.has_begun = False
+        self.changed: list[tuple[str, CallbackFact]] = []
 
     def of(self, holder: Object, name: str, at: Place) -> Variable:
         """Return the variable of an attribute."""
@@ -105,6 +112,19 @@ class Attributes:
             self.calls.add("__call__")
         elif not isinstance(function, Outside):
             self.is_wild = True
+
+
+def changed_name(target: ast.expr) -> str | None:
+    """Return the attribute that an assignment to an expression changes, or a method of it.
+
+    Examples
+    --------
+    >>> changed_name(ast.parse("self.data['pose'][0]").body[0].value)
+    'data'
+    """
+    while isinstance(target, (ast.Subscript, ast.Starred)):
+        target = target.value
+    return target.attr if isinstance(target, ast.Attribute) else None
 
 
 class Branches(Protocol):

@@ -6,7 +6,7 @@ import ast
 
 from dineros.sources.branches import Called
 from dineros.sources.facts import CallbackFact
-from dineros.sources.language.machine import MOST_CALLS, Activity
+from dineros.sources.language.machine import EVENT, MOST_CALLS, Activity
 from dineros.sources.language.modules import Module
 from dineros.sources.language.operations import short
 from dineros.sources.language.running.statements import Statements
@@ -19,6 +19,7 @@ from dineros.sources.language.values import (
     Function,
     Holder,
     Items,
+    Made,
     Mapping,
     Object,
     Open,
@@ -78,6 +79,8 @@ class Interpreter(Statements):
         self, function: OutsideMethod, args: list[Value], keys: dict[str, Value], node: ast.AST, frame: Frame
     ) -> Value:
         instance = function.instance
+        if function.name in CHANGES and isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
+            self.changes_attribute(node.func.value)
         if isinstance(instance, SuperOf):
             if not isinstance(instance.instance, Object):
                 return Open(function.text)
@@ -113,6 +116,9 @@ class Interpreter(Statements):
         frame: Frame,
         instance: Value | None,
     ) -> Value:
+        if isinstance(function.node, ast.AsyncFunctionDef) and node is self.unused:
+            self.effect("forgets", function.name, node, frame)
+            return Open(short(node))
         depth = sum(each.node is function.node for each in self.calls)
         if len(self.calls) >= MOST_CALLS or depth > 1:
             self.activity.is_lost = True
@@ -134,11 +140,14 @@ class Interpreter(Statements):
         try:
             with self.block() as body:
                 if isinstance(function.node, ast.Lambda):
+                    if len(self.calls) == 1 and activity.fact.kind not in (EVENT, "main", "module"):
+                        self.unused = function.node.body  # rclpy does not await what a lambda returns
                     return self.evaluate(function.node.body, inner)
                 ends = self.execute(function.node.body, inner)
         finally:
             activity.conditional = conditional
-            del activity.holding[held:]
+            if function.name != "__enter__":
+                del activity.holding[held:]
             self.trail.pop()
             self.calls.pop()
             if body:
@@ -198,10 +207,27 @@ class Interpreter(Statements):
                     self.write_slot(found, name, value)
             for name, value in [*zip(names, args, strict=False), *keys.items()]:
                 self.write_slot(found, name, value)
+            self._begin_fields(found, names, node, frame)
             for path in outside:
                 self.library.construct(found, path, args, keys, node, frame)
         del place
         return found
+
+    def _begin_fields(self, found: Object, names: list[str], node: ast.AST, frame: Frame) -> None:
+        """Make the default values of a dataclass, and run what follows after that."""
+        for name in names:
+            slot = found.slots.get(name)
+            made = slot.current if slot is not None else None
+            if isinstance(made, Made) and made.path == "dataclasses.field":
+                factory = made.argument(-1, "default_factory")
+                default = made.argument(-1, "default")
+                value = self.call(factory, [], {}, node, frame) if factory is not None else default
+                found.slots.pop(name)
+                if value is not None:
+                    self.write_slot(found, name, value)
+        after = self.look_up(found.cls, "__post_init__")
+        if isinstance(after, Function):
+            self.call(Bound(after, found), [], {}, node, frame)
 
     def _adopt(self, fact: CallbackFact, found: Object) -> None:
         """Record the constructor of a node as one of its callbacks; others belong to their caller."""
@@ -277,6 +303,15 @@ class Interpreter(Statements):
         if isinstance(function, Outside):
             return function.path, None, False
         return (function.text if isinstance(function, Open) else "open"), None, False
+
+
+CHANGES = frozenset(
+    (
+        *("append", "appendleft", "add", "extend", "insert", "put", "put_nowait", "update", "setdefault"),
+        *("pop", "popleft", "popitem", "remove", "discard", "clear", "get_nowait", "set", "fill"),
+    )
+)
+"""Methods that change their object, if it is a container."""
 
 
 def _is_lost(function: Function, node: ast.AST, awaited: ast.AST | None) -> bool:

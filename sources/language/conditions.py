@@ -93,7 +93,7 @@ class Conditions(Imports):
         field = self._field(test, frame)
         if field is not None:
             return field
-        value = self._alone(test.value, frame)
+        value = self.alone(test.value, frame)
         if isinstance(value, Goal) and value.side == "client" and test.attr == "accepted":
             return Accepted(value.entity)
         variable = self._attribute(value, test.attr)
@@ -103,7 +103,7 @@ class Conditions(Imports):
         """Return the condition that a field of a message or a response is true; None: of something else."""
         if self._is_received(test, frame):
             return Received(name=test.attr, at=self.place(test, frame))
-        value = self._alone(test.value, frame)
+        value = self.alone(test.value, frame)
         return self._answered(test, value, frame) if isinstance(value, Response) else None
 
     def _is_received(self, test: ast.Attribute, frame: Frame) -> bool:
@@ -181,7 +181,7 @@ class Conditions(Imports):
         self.activity.block.append(Give("", None, at))
         if not isinstance(expr, ast.Call) or expr.args or any(each.arg is None for each in expr.keywords):
             return
-        made = self._alone(expr.func, frame) if isinstance(expr.func, ast.Attribute) else None
+        made = self.alone(expr.func, frame) if isinstance(expr.func, ast.Attribute) else None
         if not isinstance(made, Outside) or made.is_star or not _RESPONSE.fullmatch(made.path):
             return
         for each in expr.keywords:
@@ -231,7 +231,7 @@ class Conditions(Imports):
             left, right = right, left
         variable = None
         if isinstance(left, ast.Attribute):
-            variable = self._attribute(self._alone(left.value, frame), left.attr)
+            variable = self._attribute(self.alone(left.value, frame), left.attr)
         if variable is None:
             return Anything()
         at = self.place(left, frame)
@@ -252,8 +252,8 @@ class Conditions(Imports):
             return Anything()
         return Negated(found) if isinstance(operator, (ast.NotEq, ast.IsNot)) else found
 
-    def _alone(self, node: ast.expr, frame: Frame) -> Value | None:
-        """Evaluate an expression again; None if it has not exactly one value, or has effects."""
+    def alone(self, node: ast.expr, frame: Frame) -> Value | None:
+        """Return the value of an expression that is evaluated again; None: several values, or effects."""
         aside = Activity(CallbackFact("test", "test", self.activity.fact.at), self.activity.node)
         with self.doing(aside):
             value = self.evaluate(node, frame)
@@ -333,8 +333,8 @@ class Conditions(Imports):
         name = expr.attr if isinstance(expr, ast.Attribute) else expr.id
         if not name.isupper():
             return None
-        value = self._alone(expr, frame)
-        owner = self._alone(expr.value, frame) if isinstance(expr, ast.Attribute) else None
+        value = self.alone(expr, frame)
+        owner = self.alone(expr.value, frame) if isinstance(expr, ast.Attribute) else None
         if isinstance(owner, Class):
             if any(path.startswith("enum.") for path in owner.outside()):
                 member = value.value if isinstance(value, Const) else name

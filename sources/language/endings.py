@@ -47,6 +47,36 @@ def why_endless(node: ast.While) -> str:
     return "the conditions of its exits do not depend on anything that the loop changes"
 
 
+def exits_of(node: ast.While) -> list[ast.expr] | None:
+    """Return the tests that decide whether a loop ends; None: it may also end otherwise.
+
+    Examples
+    --------
+    >>> loop = ast.parse("while ok(): sleep(1) if a else exit()").body[0]
+    >>> exits_of(loop)
+    >>> loop = ast.parse("while ok() and not a: sleep(1)").body[0]
+    >>> [ast.unparse(each) for each in exits_of(loop)]
+    ['ok() and (not a)']
+    """
+    found = [node.test]
+    todo: list[tuple[ast.AST, tuple[ast.expr, ...], bool]] = [(each, (), False) for each in node.body]
+    while todo:
+        part, tests, is_inside = todo.pop()
+        if isinstance(part, (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda, ast.ClassDef)):
+            continue
+        is_exit = isinstance(part, (ast.Return, ast.Raise)) or (isinstance(part, ast.Break) and not is_inside)
+        if is_exit or (isinstance(part, ast.Call) and ast.unparse(part.func).rpartition(".")[2] in _ENDS):
+            if not tests:
+                return None
+            found += tests
+        inner = (*tests, part.test) if isinstance(part, ast.If) else tests
+        is_inside = is_inside or isinstance(part, (ast.While, ast.For, ast.AsyncFor))
+        todo += [(child, inner, is_inside) for child in ast.iter_child_nodes(part)]
+    return list(dict.fromkeys(found))
+
+
+_ENDS = ("exit", "_exit", "shutdown", "try_shutdown")
+"""Functions that end the program."""
 SERVERS = ("wait_for_service", "wait_for_server")
 """Methods of clients that wait until a server is there; they return whether it is."""
 TRANSFORMS = ("can_transform", "can_transform_full")

@@ -73,6 +73,8 @@ class Activity:
         What is done in the innermost branch, in its order.
     holding : list of (str, Value, bool)
         The locks that are held: name, lock, and whether a ``with`` certainly holds it.
+    acquired : list of (str, Value, bool)
+        All locks that were acquired, also if they are released again.
     is_lost : bool
         Whether the order of what is done could not be followed.
     written : list of (int, Written)
@@ -85,6 +87,7 @@ class Activity:
     loops: int = 0
     disabled: int = 0
     holding: list[tuple[str, Value, bool]] = field(default_factory=list)
+    acquired: list[tuple[str, Value, bool]] = field(default_factory=list)
     block: list[Item] = field(default_factory=list)
     is_lost: bool = False
     written: list[tuple[int, Written]] = field(default_factory=list)
@@ -130,6 +133,9 @@ class Library(Protocol):
     def enter(self, value: Value, text: str, node: ast.AST, frame: Frame) -> bool:
         """Enter a ``with``; return whether it holds a lock."""
 
+    def leave(self, value: Value, node: ast.AST, frame: Frame) -> None:
+        """Leave a ``with``."""
+
 
 class Machine(Slots):
     """The position of the interpreter, and its results.
@@ -166,6 +172,7 @@ class Machine(Slots):
         self.stars: dict[str, list[str]] = {}  # of modules outside of the folder, by the file
         self.attributes = Attributes()
         self.awaited: ast.AST | None = None
+        self.unused: ast.AST | None = None
         self.operands: dict[int, list[list[Item]]] = {}
         self._lent: dict[tuple[Object, int], tuple[int, int]] = {}  # changes when unknown code got an object
         self.library: Library

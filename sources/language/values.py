@@ -97,12 +97,15 @@ class Items(Value):
         Whether there may be others, or another order.
     name : str
         The variable that holds a queue.
+    is_bounded : bool
+        Whether a queue may be full.
     """
 
     items: list[Value]
     is_open: bool = False
     kind: str = "list"
     name: str = ""
+    is_bounded: bool = False
 
 
 @dataclass(eq=False)

@@ -29,6 +29,7 @@ from dineros.sources.language.values import (
     options,
 )
 from dineros.sources.libraries.making import CONSTRUCTORS, Maker
+from dineros.sources.libraries.transforms import of_duration
 from dineros.sources.variables import Known
 
 Keys = dict[str, Value]
@@ -60,6 +61,7 @@ class Doer:
     def __init__(self, maker: Maker) -> None:
         self.maker = maker
         self.machine = maker.machine
+        self._named: dict[str, list[Value]] = {}
 
     def is_callback(self) -> bool:
         """Return whether the executor calls the code that is being read."""
@@ -246,7 +248,7 @@ class Doer:
         """Call a method of a lock, an event, a condition, a queue or a thread."""
         effect, activity = self.machine.effect, self.machine.activity
         kind = made.path.split(".")[-1]
-        label = made.name or made.path
+        label = self._label(made, made.name or made.path)
         call = Made(name, args, keys, self.machine.place(node, frame))
         if kind in ("Semaphore", "BoundedSemaphore") and constant(made.argument(0, "value")) == 0:
             kind, name = "Event", {"acquire": "wait", "release": "set"}.get(name, name)
@@ -269,8 +271,17 @@ class Doer:
         if kind in ("Event", "Condition") and name in ("set", "notify", "notify_all", "clear"):
             if name != "clear":
                 effect("notify", label, node, frame)
+                self.machine.attributes.changed.append((made.name or made.path, activity.fact))  # loops may ask for it
             return NONE
         return None
+
+    def _label(self, value: Value, name: str) -> str:
+        """Return a name for a lock, an event or a queue that no other one of the program has."""
+        same = self._named.setdefault(name, [])
+        if all(each is not value for each in same):
+            same.append(value)
+        index = next(number for number, each in enumerate(same, 1) if each is value)
+        return name if index == 1 else f"{name} (number {index})"
 
     def acquire(
         self,
@@ -283,28 +294,40 @@ class Doer:
         may_give_up: bool = False,
     ) -> None:
         """Acquire a lock; one that only one thread can hold, and that this one has already, never comes."""
-        activity = self.machine.activity
+        activity, label = self.machine.activity, self._label(lock, lock.name or label)
         is_single = lock.path == "threading.Lock" and lock.level == 0 and not may_give_up
         is_held = any(held is lock and is_certain for _, held, is_certain in activity.holding)
         self.machine.effect("lock", label, node, frame, HELD if is_single and is_held else "")
         activity.holding.append((label, lock, is_scope))
+        activity.acquired.append(activity.holding[-1])
 
     def queue(
         self, queue: Items, name: str, args: list[Value], keys: Keys, node: ast.AST, frame: Frame
     ) -> None:
-        """Record that a callback waits for an item of a queue without time-out, or puts one there.
+        """Record that a callback waits for an item or for room in a queue without time-out, or gives them.
 
         A callback that gets items under a condition usually knows that there are some.
         """
-        activity, label = self.machine.activity, queue.name or "a queue"
+        activity, label = self.machine.activity, self._label(queue, queue.name or "a queue")
         call = Made(name, args, keys, self.machine.place(node, frame))
-        block, timeout = call.argument(0, "block"), call.argument(1, "timeout")
+        index = int(name == "put")
+        block, timeout = call.argument(index, "block"), call.argument(index + 1, "timeout")
         is_endless = is_none(timeout) and (block is None or constant(block) is True)
         waits = is_endless and not activity.conditional and activity.fact.kind not in ("thread", EVENT)
+        waits = waits and self.is_callback()
         if name in ("put", "put_nowait"):
+            if name == "put" and waits and queue.is_bounded:
+                self.machine.effect("wait", f"room in {label}", node, frame, within(None))
             self.machine.effect("notify", label, node, frame)
-        elif name == "get" and waits and self.is_callback():
-            self.machine.effect("wait", label, node, frame, within(None))
+        elif name in ("get", "get_nowait"):
+            if name == "get" and waits:
+                self.machine.effect("wait", label, node, frame, within(None))
+            if queue.is_bounded:
+                self.machine.effect("notify", f"room in {label}", node, frame)
+        elif name == "task_done":
+            self.machine.effect("notify", f"the end of all tasks in {label}", node, frame)
+        elif name == "join" and self.is_callback() and activity.fact.kind not in ("thread", EVENT):
+            self.machine.effect("wait", f"the end of all tasks in {label}", node, frame, within(None))
 
     def container(self, value: Value, name: str, args: list[Value], keys: Keys) -> Value | None:
         """Call a method of a list, a queue or a dictionary."""
@@ -390,6 +413,11 @@ class Doer:
             given = call.argument(0, "timeout_sec")
             effect(name, what, node, frame, within(given), timeout=seconds(given))
             return Open("is ready")
+        if name == "sleep_for" and (duration := call.argument(0, "rel_time")) is not None:
+            number = of_duration(duration)
+            words = "open" if number is None else f"{number:g}"
+            effect("sleep", words, node, frame, "Clock.sleep_for", timeout=number)
+            return Open("slept")
         if name == "publish_feedback":
             return self.goal(Goal("server"), name, args, keys, node, frame)
         if name == "publish" and not isinstance(value, Made):

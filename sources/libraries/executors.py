@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import ast
 
-from dineros.sources.facts import CallbackFact, NodeFact, is_open
+from dineros.sources.facts import CallbackFact, Effect, NodeFact, is_open
 from dineros.sources.language.machine import EVENT
 from dineros.sources.language.values import (
     NONE,
     Const,
     Frame,
+    Future,
     Made,
     Object,
     Open,
@@ -18,10 +19,11 @@ from dineros.sources.language.values import (
     Value,
     constant,
     is_none,
+    join,
     options,
     text_of,
 )
-from dineros.sources.libraries.doing import Doer, Keys
+from dineros.sources.libraries.doing import Doer, Keys, seconds, within
 from dineros.sources.libraries.making import CONSTRUCTORS
 from dineros.sources.places import Place
 
@@ -41,6 +43,11 @@ class Executors:
         self._global = Made("rclpy.executors.SingleThreadedExecutor", [], {}, _NOWHERE)
         self._began: dict[int, tuple[Made, CallbackFact]] = {}
         """By id the threads that were started, and what started them."""
+        self._read_later: dict[int, list[tuple[object, ...]]] = {}
+        """By id the keys of the callbacks that these threads run."""
+        self._submitted: dict[int, list[Made]] = {}
+        """By id of a pool what it was given."""
+        self._coroutines: dict[int, tuple[Made, list[Effect]]] = {}
         self._pools: dict[int, int] = {}
         self._of: dict[int, Made] = {}
         self._started: set[int] = set()
@@ -125,15 +132,31 @@ class Executors:
         if last in ("Thread", "Timer", "Process") and name == "start":
             return self._start(value, made, node, frame)
         if last == "ThreadPoolExecutor" and name == "submit" and args:
-            self._thread(args[0], args[1:], {}, node, frame)
             submitted = Made(SUBMITTED, args, {}, made.at)
-            self._began[id(submitted)] = submitted, self.machine.activity.fact
+            self._begin(submitted, args[0], args[1:], node, frame)
+            self._submitted.setdefault(id(made), []).append(submitted)
             return submitted
+        if last == "ThreadPoolExecutor" and name == "map" and args:
+            turns, _ = self.machine.turns(args[1]) if len(args) > 1 else ([], False)
+            self.machine.call(args[0], turns[:1] or [Open("element")], {}, node, frame)
+            return Open(name)
+        if last == "ThreadPoolExecutor" and name == "shutdown":
+            if constant(Made(name, args, keys, made.at).argument(0, "wait")) is not False:
+                self.leave(made, node, frame)
+            return NONE
         if (last, name) in (("Thread", "join"), ("submit", "result")):
             self._wait_for(value, made, args, keys, node, frame)
             return Open(name)
         if last in ("ThreadPoolExecutor", "Thread"):
             return None
+        if name == "run_until_complete":
+            self.run_coroutine(made, node, frame, "blocks, without time-out")
+            return join(args) if args else Open(name)
+        if (last, name) == ("run_coroutine_threadsafe", "result"):
+            timeout = Made("", args, keys, made.at).argument(0, "timeout")
+            for effect in self._coroutines.get(id(made), (made, []))[1]:
+                effect.how, effect.timeout = f"blocks, {within(timeout)}", seconds(timeout)
+            return Open(name)
         if not last.endswith("Executor"):
             return None
         if name == "add_node":
@@ -163,9 +186,46 @@ class Executors:
             else:
                 call = Made(name, [], {}, made.at)
             return self.doer.spin(name, made.nodes, call, node, frame, made.name or "executor")
-        if name in ("shutdown", "remove_node", "wake", "create_task", "get_nodes"):
+        if name == "create_task" and args:
+            for each in options(args[0]):
+                self.machine.later(each, TASK, self.machine.activity.node, args[1:], made.at)
+            return Future("task")
+        if name in ("shutdown", "remove_node", "wake", "get_nodes"):
             return Open(name)
         return None
+
+    def run_coroutine(self, made: Made, node: ast.AST, frame: Frame, how: str) -> None:
+        """Change how a coroutine waits that a call of asyncio gets: ``asyncio.run(self.work())``."""
+        args = node.args if isinstance(node, ast.Call) else []
+        calls = [each for each in args if isinstance(each, ast.Call)]
+        begun = {(frame.module.path, each.lineno, each.col_offset) for each in calls}
+        found = [
+            each
+            for each in self.machine.activity.fact.effects
+            if each.how in ("await", "async") and begun.intersection(each.path)
+        ]
+        for effect in found:
+            effect.how = how
+        self._coroutines[id(made)] = made, found
+
+    def leave(self, value: Value, node: ast.AST, frame: Frame) -> None:
+        """Wait for all that a pool of threads was given, as the end of a ``with`` does."""
+        for each in self._submitted.pop(id(value), []):
+            self._wait_for(each, each, [], {}, node, frame)
+
+    def wait_for_all(self, values: Value | None, timeout: Value | None, node: ast.AST, frame: Frame) -> None:
+        """Wait for futures of a pool of threads: ``concurrent.futures.wait``, ``as_completed``."""
+        for each in getattr(values, "items", []) if is_none(timeout) else []:
+            if isinstance(each, Made) and each.path == SUBMITTED:
+                self._wait_for(each, each, [], {}, node, frame)
+
+    def _begin(
+        self, thread: Made, target: Value | None, args: list[Value], node: ast.AST, frame: Frame
+    ) -> None:
+        before = len(self.machine.callbacks)
+        self._thread(target, args, {}, node, frame)
+        self._began[id(thread)] = thread, self.machine.activity.fact
+        self._read_later[id(thread)] = list(self.machine.callbacks)[before:]
 
     def _wait_for(
         self, value: Made | Object, made: Made, args: list[Value], keys: Keys, node: ast.AST, frame: Frame
@@ -179,6 +239,13 @@ class Executors:
         fact = self.machine.activity.fact
         if not is_none(timeout) or began_in is not fact or fact.kind in (*CONSTRUCTORS, "thread"):
             return
+        keys = self._read_later.pop(id(made), None)
+        if keys is None:
+            return  # it has waited for that before
+        for key in keys:  # the callback does it
+            later = self.machine.callbacks.pop(key, None)
+            if later is not None and later.node is not None and later.fact in later.node.callbacks:
+                later.node.callbacks.remove(later.fact)
         if made.path == SUBMITTED:
             self.machine.call(made.args[0], made.args[1:], {}, node, frame)
         elif isinstance(value, Object):
@@ -191,6 +258,12 @@ class Executors:
     def _start(self, value: Made | Object, made: Made, node: ast.AST, frame: Frame) -> Value:
         """Start a thread: its code is read later; a thread that spins belongs to an executor."""
         self._began[id(made)] = made, self.machine.activity.fact
+        before = len(self.machine.callbacks)
+        found = self._start_thread(value, made, node, frame)
+        self._read_later[id(made)] = list(self.machine.callbacks)[before:]
+        return found
+
+    def _start_thread(self, value: Made | Object, made: Made, node: ast.AST, frame: Frame) -> Value:
         if isinstance(value, Object):
             run = self.machine.look_up(value.cls, "run")
             if run is not None:
@@ -267,5 +340,7 @@ def threads_of(executor: Made) -> int | str:
 
 
 _NOWHERE = Place("", 0)
+TASK = "task"
+"""Kind of the functions that an executor runs once, in no callback group."""
 SUBMITTED = "concurrent.futures.submit"
 """Path of the future of a function that a thread of a pool runs."""

@@ -38,7 +38,7 @@ from dineros.sources.language.values import (
 from dineros.sources.libraries.applying import Idioms
 from dineros.sources.libraries.built_ins import BuiltIns
 from dineros.sources.libraries.command_line import PARSER, call_parser
-from dineros.sources.libraries.doing import QUEUES, Doer, Keys, seconds
+from dineros.sources.libraries.doing import QUEUES, Doer, Keys, seconds, within
 from dineros.sources.libraries.executors import Executors
 from dineros.sources.libraries.idioms import Idiom
 from dineros.sources.libraries.making import CREATES, Maker
@@ -145,6 +145,12 @@ class RosLibrary:
             return Open(f"rclpy.{last}()")
         if last == "Future":
             return Future("task")
+        if last == "wait_for_message" and self.doer.is_callback():
+            given = made.argument(-1, "time_to_wait")
+            what = f"a message of {text_of(made.argument(2, 'topic'))}"
+            words = "without time-out" if given is None else within(given)
+            self.machine.effect("wait_for_message", what, node, frame, words, timeout=seconds(given))
+            return Open("message")
         return None
 
     def _standard(self, path: str, last: str, made: Made, node: ast.AST, frame: Frame) -> Value | None:
@@ -157,7 +163,10 @@ class RosLibrary:
         if path in ("functools.partial", "partial") and args:
             return Partial(args[0], args[1:], keys)
         if path in QUEUES or path == "collections.deque":
-            return Items([], kind=QUEUE if path in QUEUES else "list")
+            if path not in QUEUES:
+                return Items([])
+            most = constant(made.argument(0, "maxsize"))
+            return Items([], kind=QUEUE, is_bounded=isinstance(most, int) and most > 0)
         if path in ("collections.defaultdict", "collections.OrderedDict"):
             return Mapping(is_open=path.endswith("defaultdict"))
         if path in ("copy.copy", "copy.deepcopy") and args:
@@ -175,8 +184,14 @@ class RosLibrary:
             given = keys.get("timeout")
             effect("work", path, node, frame, timeout=seconds(given))
             return Open(path)
+        if path in ("asyncio.run", "asyncio.run_coroutine_threadsafe"):
+            blocked = "blocks, without time-out" if path == "asyncio.run" else "async"
+            self.executors.run_coroutine(made, node, frame, blocked)
+            return join(args) if path == "asyncio.run" and len(args) == 1 else made
+        if path in ("concurrent.futures.wait", "concurrent.futures.as_completed"):
+            self.executors.wait_for_all(made.argument(0, "fs"), made.argument(1, "timeout"), node, frame)
+            return args[0] if args and last == "as_completed" else Open(path)
         if path in (
-            "asyncio.run",
             "asyncio.gather",
             "asyncio.wait",
             "asyncio.create_task",
@@ -244,7 +259,7 @@ class RosLibrary:
             found = self._method_of_made(value, name, args, keys, node, frame)
         if found is None and not isinstance(value, (Port, Items, Mapping, Const, Text)):
             found = self.doer.unknown(value, name, args, keys, node, frame, method.text)
-        if found is None or name == "create_task":
+        if found is None or (name == "create_task" and not isinstance(found, Future)):
             self._escape(args, keys, is_read=name not in _LOGS)
             if not isinstance(value, (Port, Items, Mapping, Const, Text)):
                 self.machine.attributes.may_call(method)
@@ -322,6 +337,10 @@ class RosLibrary:
         found = self.doer.lock(value, name, args, keys, node, frame)
         if found is not None:
             return found
+        if value.path == "contextlib.ExitStack" and name == "enter_context" and args:
+            if self.enter(args[0], getattr(args[0], "name", ""), node, frame):
+                self.machine.activity.acquired.append(self.machine.activity.holding[-1])
+            return args[0]
         if value.path == PARSER:
             return call_parser(self.machine, value, name, args, keys, self.maker.arguments)
         if value.path.startswith("launch"):
@@ -400,6 +419,11 @@ class RosLibrary:
             if method is not None:
                 bound = self.machine.attribute(instance, name, name, instance.cls.node, instance.cls.frame)
                 self.machine.later(bound, "transition", instance.node, [Open("state")], id(instance))
+
+    def leave(self, value: Value, node: ast.AST, frame: Frame) -> None:
+        """Leave a ``with``: a pool of threads waits for its threads."""
+        for each in options(value):
+            self.executors.leave(each, node, frame)
 
     def enter(self, value: Value, text: str, node: ast.AST, frame: Frame) -> bool:
         """Enter a ``with``; return whether it is a lock."""

@@ -32,10 +32,16 @@ def timeout_of(method: str, call: Made) -> Value | float | None:
     if method not in _TIMEOUT:
         return None
     given = call.argument(_TIMEOUT[method], "timeout")
-    if not isinstance(given, Made) or not given.path.endswith("Duration"):
-        return given
-    parts = [given.keys.get("seconds"), given.keys.get("nanoseconds")]
+    known = of_duration(given)
+    return given if known is None else known or None
+
+
+def of_duration(value: Value | None) -> float | None:
+    """Return the seconds of a duration of rclpy; None: unknown."""
+    if not isinstance(value, Made) or not value.path.endswith("Duration"):
+        return None
+    parts = [value.keys.get("seconds"), value.keys.get("nanoseconds")]
     values = [0 if each is None else constant(each) for each in parts]
     if not all(isinstance(each, (int, float)) for each in values):
-        return given
-    return float(values[0] + values[1] * _NANOSECONDS) or None
+        return None
+    return float(values[0] + values[1] * _NANOSECONDS)

@@ -10,7 +10,8 @@ from dineros.sources.language.calls import Interpreter
 from dineros.sources.language.fields.messages import answered
 from dineros.sources.language.fields.responses import leave_open
 from dineros.sources.language.machine import EVENT, MOST_STEPS_OF_EVENTS, Activity, TooLong
-from dineros.sources.language.values import Bound, Callback, Function
+from dineros.sources.language.running.polling import add_setters
+from dineros.sources.language.values import Bound, Callback, Const, Function, Value, options
 from dineros.sources.libraries.certain import find_variables
 
 
@@ -74,7 +75,8 @@ def _read(machine: Interpreter, callback: Callback) -> None:
         return
     with machine.doing(activity):
         found = machine.call(callback.function, list(callback.args), {}, node, frame)
-        del found
+    if fact.kind in ("service", "execute", "goal", "cancel"):
+        fact.lacks = _lacks(callback, found)
     fact.body = activity.block
     if not activity.is_lost:
         for effect, fields in fields_of_effects(activity.block).items():
@@ -85,6 +87,17 @@ def _read(machine: Interpreter, callback: Callback) -> None:
     if activity.is_lost:
         fact.body = None
         machine.attributes.names |= {each.name for each in variables_set(activity.block)}
+
+
+def _lacks(callback: Callback, found: Value) -> str:
+    """Return whether a callback returns None or a constant, always or in some case, as its code says."""
+    function = _target(callback.function)
+    decorators = function.decorators if isinstance(function, Function) else ("unknown",)
+    values = options(found)
+    wrong = [each for each in values if isinstance(each, Const) and not each.origin]
+    if decorators or not wrong:
+        return ""
+    return "always" if len(wrong) == len(values) else "conditional"
 
 
 def _answers(callback: Callback) -> dict[str, bool]:
@@ -110,6 +123,7 @@ def _target(function: object) -> object:
 def assign_callbacks(machine: Interpreter, activity: Activity) -> None:
     """Assign callbacks without a node to the nodes whose ports they use, or to the first node."""
     find_variables(machine, activity.block)
+    add_setters(machine)
     for key, callback in list(machine.callbacks.items()):
         if callback.fact.kind == EVENT and not callback.fact.effects:
             del machine.callbacks[key]

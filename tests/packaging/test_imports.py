@@ -207,7 +207,7 @@ FOLDERS = {
         *("conditions", "assigning", "running", "calls"),
     ],
     "sources/language/fields": ["messages", "responses"],
-    "sources/language/running": ["matching", "statements"],
+    "sources/language/running": ["matching", "polling", "statements"],
     "observation": [
         *(
             "systems",

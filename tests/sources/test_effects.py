@@ -166,7 +166,9 @@ def test_an_action_server_does_what_its_callbacks_say(tmp_path: Path) -> None:
         + "import collections\nfrom rclpy.action import ActionServer, CancelResponse, GoalResponse\n",
     )
     assert effects(node, "accepted") == [("execute_goal", "goal", "always")]
-    assert [each[0] for each in effects(node, "execute")] == ["loop", "publish_feedback", "sleep", "canceled"]
+    assert [each[0] for each in effects(node, "execute")] == [
+        *("loop", "publish_feedback", "sleep", "wait", "canceled")
+    ]
     assert {each["kind"] for each in node["callbacks"]} == {"execute", "goal", "cancel", "accepted"}
 
 

@@ -13,15 +13,19 @@ from dineros.sources.language.endings import TRANSFORMS, may_give_up, waits_for,
 from dineros.sources.language.machine import BREAKS, CONTINUES, FALLS, RAISES, RETURNS, Activity
 from dineros.sources.language.modules import text_of_code
 from dineros.sources.language.operations import Verdict
-from dineros.sources.language.running.matching import Matching, merge
+from dineros.sources.language.running.matching import merge
+from dineros.sources.language.running.polling import Polling
 from dineros.sources.language.values import (
     SETTINGS,
+    Bound,
     Class,
     Const,
     Frame,
+    Function,
     Future,
     Items,
     Made,
+    Object,
     Open,
     Value,
     join,
@@ -33,7 +37,7 @@ _NAMES = {each: f"_run_{each.__name__}" for each in ast.stmt.__subclasses__()}
 _LEAVES = {RETURNS, RAISES, BREAKS, CONTINUES}
 
 
-class Statements(Matching):
+class Statements(Polling):
     """The part of the interpreter that runs statements."""
 
     def _tested(self, test: ast.expr, frame: Frame) -> tuple[Verdict, Condition]:
@@ -67,6 +71,7 @@ class Statements(Matching):
     # ------------------------------------------------------------------------------------------------- values
 
     def _run_Expr(self, node: ast.Expr, frame: Frame) -> set[str]:  # noqa: N802
+        self.unused = node.value
         value = self.evaluate(node.value, frame)
         for each in options(value):
             if isinstance(each, Future) and each.effect is not None and each.effect.how == "async":
@@ -104,6 +109,8 @@ class Statements(Matching):
         return {FALLS}
 
     def _run_Delete(self, node: ast.Delete, frame: Frame) -> set[str]:  # noqa: N802
+        for target in node.targets:
+            self.changes_attribute(target)
         return {FALLS}
 
     # -------------------------------------------------------------------------------------------- definitions
@@ -111,7 +118,9 @@ class Statements(Matching):
     def _run_FunctionDef(self, node: ast.FunctionDef | ast.AsyncFunctionDef, frame: Frame) -> set[str]:  # noqa: N802
         owner = getattr(frame, "cls", None)
         function = self.function(node, frame, owner)
-        self.assign_variable(node.name, function, frame)
+        parts = (f"{node.name}.setter", f"{node.name}.deleter")
+        name = next((each for each in function.decorators if each in parts), node.name)
+        self.assign_variable(name, function, frame)
         if owner is None and any(self._registers(each, frame) for each in node.decorator_list):
             self.escape(function)
         return {FALLS}
@@ -243,19 +252,39 @@ class Statements(Matching):
     _run_TryStar = _run_Try  # noqa: N815
 
     def _run_With(self, node: ast.With | ast.AsyncWith, frame: Frame) -> set[str]:  # noqa: N802
-        held = 0
+        activity = self.activity
+        held = len(activity.holding)
+        entered: list[Value] = []
         for item in node.items:
+            before = len(activity.acquired)
             value = self.evaluate(item.context_expr, frame)
+            activity.holding += activity.acquired[before:]  # by a function with `contextmanager`
             text = text_of_code(item.context_expr)
             if "suppress" in text:
-                self.activity.is_lost = True
-            held += self.library.enter(value, text, node, frame)
+                activity.is_lost = True
+            self.library.enter(value, text, node, frame)
+            entered.append(value)
+            inner = self._own_end(value, "__enter__", [], node, frame) or value
             if item.optional_vars is not None:
-                self.assign(item.optional_vars, value, frame)
+                self.assign(item.optional_vars, inner, frame)
         try:
             return self.execute(node.body, frame)
         finally:
-            del self.activity.holding[len(self.activity.holding) - held :]
+            for value in reversed(entered):
+                self._own_end(value, "__exit__", [Open("error")] * 3, node, frame)
+                self.library.leave(value, node, frame)
+            del activity.holding[held:]
+
+    def _own_end(
+        self, value: Value, name: str, args: list[Value], node: ast.stmt, frame: Frame
+    ) -> Value | None:
+        """Call what a class of the program does at the begin or the end of a ``with``."""
+        if not isinstance(value, Object):
+            return None
+        method = self.look_up(value.cls, name)
+        return (
+            self.call(Bound(method, value), args, {}, node, frame) if isinstance(method, Function) else None
+        )
 
     _run_AsyncWith = _run_With  # noqa: N815
 
@@ -319,8 +348,17 @@ class Statements(Matching):
         if verdict is False and not origin:
             return self.execute(node.orelse, frame)
         is_endless = verdict is True and not origin
-        self.effect("loop", f"while {_text(node.test)}", node, frame, why_endless(node) if is_endless else "")
+        is_until_shutdown = ast.unparse(node.test).endswith("ok()") and isinstance(node.test, ast.Call)
+        why = why_endless(node) if is_endless or is_until_shutdown else ""
+        loop = self.effect("loop", f"while {_text(node.test)}", node, frame, why)
+        before = len(self.attributes.changed)
         found = self._open_loop(node.body, frame, lambda: None, condition, is_entered=is_endless)
+        effects = self.activity.fact.effects
+        if any(each.do.startswith("spin") for each in effects[effects.index(loop) :]) or any(
+            each.spun > loop.order > 0 for each in self.nodes
+        ):
+            loop.how = ""  # it runs callbacks, which may end it
+        self.polls(node, frame, loop, condition, before)
         ends = found & {RETURNS, RAISES}
         if not is_endless or BREAKS in found:
             ends |= {FALLS}

@@ -258,3 +258,95 @@ def test_a_loop_with_a_time_limit_gives_up(tmp_path: Path, test: str, more: str,
     assert ("[callback-deadlock]" in text) == hangs, text
     gives_up = "no response of service /other comes in time: client robot.on_tick always gives up after 1 s"
     assert (gives_up in text) != hangs, text
+
+
+POLLS_ATTRIBUTES = """
+import threading, time
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+
+class State:
+    def __init__(self):
+        self.pose = None
+
+class Robot(Node):
+    def __init__(self):
+        super().__init__('robot')
+        self.ready, self.count, self.items, self.data, self.state = False, 0, [], {}, State()
+        self.seen = threading.Event()
+        self.create_subscription(String, 'in', self.heard, 10GROUP)
+        self.create_timer(1.0, self.tick)
+
+    @property
+    def has_pose(self):
+        return self.state.pose is not None
+
+    def is_ready(self):
+        return self.ready
+
+    def heard(self, message):
+        self.ready = True
+        self.count += 1
+        self.items.append(message)
+        self.data['pose'] = message
+        self.state.pose = message
+        self.seen.set()
+
+    def look(self):
+        self.ready = self.count_publishers('in') > 0
+
+    def tick(self):
+        LOOP
+
+def main():
+    rclpy.init()
+    executor = MultiThreadedExecutor(THREADS)
+    executor.add_node(Robot())
+    executor.spin()
+"""
+SLEEP_OF_PYTHON = "time.sleep(0.1)"
+WAITING_LOOPS = [
+    f"while rclpy.ok() and not self.ready: {SLEEP_OF_PYTHON}",
+    f"while True:\n            if self.ready: break\n            {SLEEP_OF_PYTHON}",
+    f"while not self.is_ready(): {SLEEP_OF_PYTHON}",
+    f"while not self.has_pose: {SLEEP_OF_PYTHON}",
+    f"while len(self.items) == 0: {SLEEP_OF_PYTHON}",
+    f"while self.count < 5: {SLEEP_OF_PYTHON}",
+    f"while 'pose' not in self.data: {SLEEP_OF_PYTHON}",
+    f"while not self.seen.is_set(): {SLEEP_OF_PYTHON}",
+]
+
+
+@pytest.mark.parametrize("loop", WAITING_LOOPS)
+@pytest.mark.parametrize(
+    ("group", "threads", "hangs"),
+    [
+        ("", "1", True),
+        ("", "2", True),
+        (", callback_group=MutuallyExclusiveCallbackGroup()", "1", True),
+        (", callback_group=MutuallyExclusiveCallbackGroup()", "2", False),
+    ],
+)
+def test_loops_in_python_wait_for_attributes(
+    tmp_path: Path, loop: str, group: str, threads: str, hangs: bool
+) -> None:
+    """The loop ends only if another callback changes the attribute."""
+    text = POLLS_ATTRIBUTES.replace("LOOP", loop).replace("GROUP", group).replace("THREADS", threads)
+    _, shown = run("import", "--source", files(tmp_path, robot=text), "-o", tmp_path / "robot.sym.xmi")
+    assert ("[code-waits-for-itself]" in shown) == hangs, shown
+
+
+@pytest.mark.parametrize(
+    "loop",
+    [
+        "end = time.time() + 1\n        while self.count < 5 and time.time() < end: time.sleep(0.1)",
+        "while self.count < 5: self.count += 1",
+        "while not self.ready: self.look()",
+        "while self.items: self.items.pop()",
+        "for _ in range(10):\n            if self.ready: break\n            time.sleep(0.1)",
+        "while self.count < 5:\n            if self.hardware.read(): break\n            time.sleep(0.1)",
+    ],
+)
+def test_loops_in_python_that_end_by_themselves(tmp_path: Path, loop: str) -> None:
+    text = POLLS_ATTRIBUTES.replace("LOOP", loop).replace("GROUP", "").replace("THREADS", "1")
+    _, shown = run("import", "--source", files(tmp_path, robot=text), "-o", tmp_path / "robot.sym.xmi")
+    assert "[code-waits-for-itself]" not in shown, shown
