@@ -139,6 +139,9 @@ class Effect:
     order : int
         Position in the start of its program, from 1; what the same program does or makes later has a higher
         number. 0: not in its main function or a constructor, or unknown.
+    meanwhile : list of CallbackFact
+        What else a goal begins, any number of times: callbacks of feedback and, if `then` is that of the
+        result, of its acceptance.
     """
 
     do: str
@@ -155,6 +158,7 @@ class Effect:
     given: dict[str, bool] = field(default_factory=dict)
     is_repeated: bool = False
     order: int = 0
+    meanwhile: list[CallbackFact] = field(default_factory=list)
 
     def to_json(self) -> dict[str, Any]:
         """Return the effect in the schema of the facts."""
@@ -292,6 +296,9 @@ class NodeFact:
     process : int
         Number of the process among those that a launch file starts, as it may start a program repeatedly. 0:
         the only process of the program.
+    apart : dict of str to int
+        Executors that run only callback groups of the node, with their numbers of threads. The detail
+        ``executor`` of a group names one.
     """
 
     cls: str
@@ -317,6 +324,24 @@ class NodeFact:
     lent_to: list[tuple[Place, str]] = field(default_factory=list)
     spun: int = 0
     process: int = 0
+    apart: dict[str, int] = field(default_factory=dict)
+
+    @property
+    def is_single(self) -> bool:
+        """Whether one thread runs all callbacks."""
+        return self.threads == 1 and not self.apart
+
+    def group_of(self, entity: Entity) -> Entity | None:
+        """Return the callback group of an entity; None: the default group.
+
+        If one of several executors of the node has one thread, all groups that it runs are one.
+        """
+        group = entity.group
+        own = None if group is None else group.details.get("executor")
+        if own in self.apart:
+            same = [each for each in self.of("groups") if each.details.get("executor") == own]
+            return same[0] if self.apart[own] == 1 else group
+        return None if self.apart and self.threads == 1 else group
 
     def is_beside(self, other: NodeFact) -> bool:
         """Return whether the process of this node also runs another."""

@@ -128,7 +128,7 @@ def _holds_others_up(callback: CallbackFact, node: NodeFact) -> bool:
     if node.threads == "not spun":
         return False
     return callback.kind in _CALLED or (
-        callback.kind == "execute" and node.threads == 1 and not callback.is_apart
+        callback.kind == "execute" and node.is_single and not callback.is_apart
     )
 
 
@@ -209,7 +209,9 @@ def _destroys(callback: CallbackFact) -> bool:
 
 def _locks(node: NodeFact) -> Iterator[tuple[Place, Finding]]:
     """Yield waits under a lock that another callback of the node also needs."""
-    if node.threads in (1, "not spun") and not any(each.kind == "thread" for each in node.callbacks):
+    if (node.is_single or node.threads == "not spun") and not any(
+        each.kind == "thread" for each in node.callbacks
+    ):
         return  # no two callbacks run at once
     users: dict[str, list[CallbackFact]] = {}
     orders: dict[tuple[str, str], list[CallbackFact]] = {}
@@ -269,7 +271,7 @@ def _own(
         if is_rate and _may_be_one(node):  # in C++, a rate needs no timer
             words = "sleeps on a rate, whose timer needs the only thread, and never wakes up"
             found = OWN.found(node.name, callback.name, who=who, words=f"{words}{_if_one(node)}")
-            yield effect.at, found if node.threads == 1 else replace(found, severity="warning")
+            yield effect.at, found if node.is_single else replace(found, severity="warning")
         elif is_rate and isinstance(node.threads, int) and _sleepers(node, nodes) >= node.threads:
             words = (
                 f"sleeps on a rate, whose timer needs one of {node.threads} threads: such sleeps can hold all"
@@ -287,7 +289,7 @@ def _own(
             )
             words = f"waits for {what}, which needs the only thread, and never ends"
             found = OWN.found(node.name, callback.name, who=who, words=f"{words}{_if_one(node)}")
-            is_certain = node.threads == 1 and effect.when == "always"
+            is_certain = node.is_single and effect.when == "always"
             yield effect.at, found if is_certain else replace(found, severity="warning")
         elif effect.do == "cancel_goal" and effect.how.startswith("blocks"):
             words = "waits for the answer to its request to cancel a goal"
@@ -362,46 +364,47 @@ def _never_meanwhile(
     if _may_be_one(node):
         return f"which only {names} sets: the only thread is here{_if_one(node)}"
     group = _group(callback, node)
-    if group is None or any(_common_group(_starters(each, node)) != group for each, _ in setters):
+    if group is None or any(_common_group(_starters(each, node), node) != group for each, _ in setters):
         return None
     return f"which only {names} sets, in the callback group that {callback.name} itself holds"
 
 
 def _may_be_one(node: NodeFact) -> bool:
     """Return whether an executor has one thread, or an unknown number."""
-    return node.threads == 1 or is_open(node.threads)
+    return node.is_single or (is_open(node.threads) and not node.apart)
 
 
 def _if_one(node: NodeFact) -> str:
-    return "" if node.threads == 1 else f", if the executor has one thread ({node.threads})"
+    return "" if node.is_single else f", if the executor has one thread ({node.threads})"
 
 
 def _overlaps_itself(callback: CallbackFact, node: NodeFact) -> bool:
     """Return whether several runs of a callback may overlap, if there are several threads."""
     kinds = [
-        str(entity.group.details.get("kind", ""))
+        str(group.details.get("kind", ""))
         for entity in node.entities
-        if entity.group is not None and callback in entity.callbacks.values()
+        if callback in entity.callbacks.values() and (group := node.group_of(entity)) is not None
     ]
     return callback.kind == "execute" or any(kind.startswith("reentrant") for kind in kinds)
 
 
 def _group(callback: CallbackFact, node: NodeFact) -> str | None:
     """Return the mutually exclusive group that a callback is known to be in."""
-    return _common_group(each for each in node.entities if callback in each.callbacks.values())
+    return _common_group((each for each in node.entities if callback in each.callbacks.values()), node)
 
 
-def _common_group(entities: Iterable[Entity]) -> str | None:
+def _common_group(entities: Iterable[Entity], node: NodeFact) -> str | None:
     """Return the mutually exclusive group that all entities are known to be in."""
     found: set[str | None] = set()
     for entity in entities:
         said = str(entity.details.get("group", "default"))
         if is_open(said):
             return None
-        if entity.group is None:
+        group = node.group_of(entity)
+        if group is None:
             found.add("default")
-        elif str(entity.group.details.get("kind", "")).startswith("exclusive"):
-            found.add(f"{entity.group.at}")
+        elif str(group.details.get("kind", "")).startswith("exclusive"):
+            found.add(f"{group.at}")
         else:
             found.add(None)
     return found.pop() if len(found) == 1 else None
@@ -417,6 +420,6 @@ def _starters(callback: CallbackFact, node: NodeFact) -> list[Entity]:
         effect.entity
         for each in node.callbacks
         for effect in each.effects
-        if effect.then is callback and effect.entity is not None
+        if (effect.then is callback or callback in effect.meanwhile) and effect.entity is not None
     ]
     return [*clients, *(each for each in node.entities if callback in each.callbacks.values())]

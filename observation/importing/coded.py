@@ -332,6 +332,7 @@ class _CodedNode:
                 else:  # several clients of one name are treated as one
                     both = None if steps is None or first.does is None else (*first.does, *steps)
                     callbacks[key] = replace(first, does=both)
+        self._meanwhile(behaviour, timers, callbacks)
         self._outside(behaviour, timers, callbacks)
         threads, open_threads = self._threads()
         return GivenNode(
@@ -353,7 +354,9 @@ class _CodedNode:
         first: dict[str, Entity] = {}
         found: dict[Entity, str] = {}
         for entity, name in self.names.items():
-            if entity.kind == "clients" and first.setdefault(name, entity).group is not entity.group:
+            if entity.kind == "clients" and self.fact.group_of(
+                first.setdefault(name, entity)
+            ) is not self.fact.group_of(entity):
                 found[entity] = self._groups.of(entity) or ""
                 self._taken.add(
                     f"{self.at(entity.at)}: responses that no callback waits for are treated as those of the "
@@ -415,6 +418,22 @@ class _CodedNode:
             self._open_timers.add(name)
         callbacks[name] = self._callback(entity, fact, behaviour)
 
+    def _meanwhile(
+        self, behaviour: Behaviour, timers: dict[str, float], callbacks: dict[str, GivenCallback]
+    ) -> None:
+        """Add the callbacks that goals begin until they end: timers that tick at any time."""
+        effects = (effect for fact in self.fact.callbacks for effect in fact.effects)
+        for client, fact in {
+            id(fact): (effect.entity, fact) for effect in effects for fact in effect.meanwhile
+        }.values():
+            steps = behaviour.steps(fact)
+            if client not in self.names or steps == ():
+                continue
+            name = free_name(re.sub(r"\W+", "_", fact.name).strip("_") or fact.kind, timers)
+            timers[name] = 1.0
+            self._open_timers.add(name)
+            callbacks[name] = GivenCallback(steps, self._groups.of(client), at=self.at(fact.at))
+
     def _outside(
         self, behaviour: Behaviour, timers: dict[str, float], callbacks: dict[str, GivenCallback]
     ) -> None:
@@ -454,6 +473,10 @@ class _CodedNode:
 
     def _threads(self) -> tuple[int | None, OpenThreads | None]:
         if self.is_spun:
+            if self.fact.apart and (self.fact.pool or self.fact.threads != 1):
+                names = ", ".join(self.fact.apart)
+                words = f"{names} has threads of its own; in the model, all threads run all groups"
+                self._taken.lack(f"{self.at(self.fact.at)}: {words}")
             return threads_in_code(self.fact, self.at(self.fact.at))
         self._taken.add(
             f"{self.at(self.fact.at)}: no executor spins node {self.name}: its callbacks never run"

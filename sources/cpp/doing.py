@@ -13,10 +13,10 @@ from dineros.sources.cpp.interpreting.formatting import formatted, of_text
 from dineros.sources.cpp.interpreting.generated import generated
 from dineros.sources.cpp.interpreting.lists import items
 from dineros.sources.cpp.interpreting.loading import loaded
-from dineros.sources.cpp.interpreting.naming import SUB_SPACE
+from dineros.sources.cpp.interpreting.naming import SUB_SPACE, is_callable
 from dineros.sources.cpp.interpreting.parameters import parameter
 from dineros.sources.cpp.interpreting.transforms import BUFFER, look_up
-from dineros.sources.cpp.parsing import arguments_of, arguments_of_scope, text_of
+from dineros.sources.cpp.parsing import arguments_of, arguments_of_scope, on_text, text_of
 from dineros.sources.cpp.ports import SELF, Ports
 from dineros.sources.cpp.quality import CHAINED, PRESETS, changed
 from dineros.sources.cpp.values import (
@@ -36,7 +36,7 @@ from dineros.sources.cpp.values import (
     part,
     shown,
 )
-from dineros.sources.cpp.waiting import Waiting
+from dineros.sources.cpp.waiting import BEGAN, Waiting, is_lost
 
 if TYPE_CHECKING:
     from tree_sitter import Node
@@ -56,6 +56,13 @@ _OF_PARAMETERS = {
 _GOALS = {"succeed", "abort", "canceled", "publish_feedback"}
 
 
+_ONCE = ("call_once", "invoke")
+"""Functions of the standard library that call a function once."""
+_OFTEN = (
+    *("for_each", "for_each_n", "any_of", "all_of", "none_of", "find_if", "find_if_not", "count_if"),
+    *("transform", "generate", "generate_n", "remove_if", "copy_if", "accumulate", "apply", "visit"),
+)
+"""Functions of the standard library that call a function any number of times."""
 _AROUND = ("MessageFilter", "RealtimePublisher")
 """Classes whose objects pass on what their first argument receives or publishes, on other threads."""
 
@@ -186,9 +193,13 @@ class Ros(Ports):
             self.machine.does("shutdown", "rclcpp", call.node, call.frame)
             return Const(None)
         if last in ("thread", "jthread", "async") and args:
-            return self._thread(call, [each for each in args if "launch::" not in getattr(each, "path", "")])
+            return self._started(call)
+        if last == "NodeThread" and args:
+            return self._spin_in_thread(call)
         if self.waiting.is_guard(call) and args:
             return self.waiting.guard(call)
+        if path.startswith("std::") and last in (*_ONCE, *_OFTEN) and any(map(is_callable, args)):
+            return self._applied(call)
         if last in PRESETS or path in ("rclcpp::QoS", "rclcpp::KeepLast", "rclcpp::KeepAll"):
             return Made(path, args)
         if is_node(path):
@@ -203,6 +214,15 @@ class Ros(Ports):
             return Made(path, args, node=call.node)
         return found
 
+    def _applied(self, call: Call) -> Value:
+        """Call the function that a function of the standard library receives, once or for each item."""
+        at = next(at for at, each in enumerate(call.args) if is_callable(each))
+        if call.last in _ONCE:
+            return self.machine.invoke(call.args[at], call.args[at + 1 :], call.node, call.frame)
+        with self.machine.loop(call.node, call.frame):
+            self.machine.invoke(call.args[at], call.args[:1], call.node, call.frame)
+        return Open(text_of(call.node)[:60])
+
     def _library_object(self, path: str, args: list[Value], call: Call) -> Value:
         if is_node(path):
             this = Obj(None)
@@ -215,6 +235,18 @@ class Ros(Ports):
         what = str(seconds) if seconds is not None else shown(value)
         self.machine.does("sleep", what, call.node, call.frame, how, timeout=seconds)
         return Const(None)
+
+    def _spin_in_thread(self, call: Call) -> Value:
+        """Spin a node or an executor in a thread of its own, as ``NodeThread`` of `nav2_util` does."""
+        on, role = call.args[0], self.machine.role
+        self.machine.role = "thread"
+        if isinstance(on, Made) and "xecutor" in on.path:
+            self._executor(Call(call.node, call.frame, "spin", [], on), on)
+        else:
+            nodes = [each for each in options(on) if isinstance(each, Obj)]
+            self._spin(call, nodes, "SingleThreadedExecutor", 1)
+        self.machine.role = role
+        return Made(call.path, call.args, node=call.node)
 
     def _spin(self, call: Call, nodes: list[Obj], executor: str, threads: int | str) -> Value:
         if self.machine.role not in ("main", "thread"):
@@ -244,8 +276,19 @@ class Ros(Ports):
                     "that of its base class is not in the folder, so its ports are unknown"
                 )
 
-    def _thread(self, call: Call, args: list[Value]) -> Value:
+    def _started(self, call: Call) -> Value:
+        """Start a thread; the end of its block waits for it, if that destroys its object."""
+        ways = [each.path for each in call.args if isinstance(each, Made) and "launch::" in each.path]
+        args = [each for each in call.args if getattr(each, "path", "") not in ways]
+        is_deferred = any(each.endswith("deferred") for each in ways)
         target = bound(args)
+        thread = Made("std::thread", [target]) if is_deferred else self._thread(call, target)
+        thread.fields[BEGAN] = Const(id(self.machine.fact))
+        if call.last != "thread" and not is_deferred and is_callable(target) and is_lost(call.node):
+            self.waiting.join(call, thread)
+        return thread
+
+    def _thread(self, call: Call, target: Value) -> Made:
         machine = self.machine
         owner = machine.owner or next(
             (each.this for each in options(target) if isinstance(each, Method) and each.this), None
@@ -361,19 +404,31 @@ class Ros(Ports):
             self._names_vendor(call)
             nodes = [each for each in call.args if isinstance(each, Obj)]
             held = on.fields.setdefault("nodes", Items())
-            if isinstance(held, Items):
+            if isinstance(held, Items) and last == "add_node":
                 held.values += nodes
+            elif isinstance(held, Items):
+                held.values += [each for each in options(call.args[0]) if isinstance(each, Port)]
             return Const(None)
         if last in ("spin", "spin_some", "spin_once", "spin_all"):
             kept = on.fields.get("nodes")
             nodes = [each for each in kept.values if isinstance(each, Obj)] if isinstance(kept, Items) else []
             name, threads = on.path.rpartition("::")[2], self._threads(on)
+            if isinstance(kept, Items) and self.machine.role in ("main", "thread"):
+                said = on_text(call.node) or text_of(next(iter(call.nodes), None))
+                self._spin_groups(said, kept, threads)
             return self._spin(call, nodes, name, threads)
         if last == "spin_until_future_complete":
             if self.machine.role == "main":
                 self._executor(Call(call.node, call.frame, "spin", [], on), on)
             return self._await(call, call.args[0] if call.args else None, call.args[1:], "spin-until")
         return None
+
+    def _spin_groups(self, executor: str, kept: Items, threads: int | str) -> None:
+        """Give callback groups the executor that runs only them, and not their node."""
+        for each in kept.values:
+            if isinstance(each, Port) and each.owner.node is not None and each.owner not in kept.values:
+                each.entity.details["executor"] = executor
+                each.owner.node.apart[executor] = threads if isinstance(threads, int) else 1
 
     def _threads(self, on: Made) -> int | str:
         if "Multi" not in on.path:

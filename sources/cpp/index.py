@@ -95,8 +95,8 @@ class Asked:
     Attributes
     ----------
     names : set of (str, str)
-        Last parts of names, each with the table: ``classes``, ``functions``, ``aliases``, ``constants``; and
-        paths of files whose ``includes`` decided.
+        Last parts of names, each with the table: ``classes``, ``functions``, ``aliases``, ``constants``,
+        ``variables``; and paths of files whose ``includes`` decided.
     interfaces : dict
         What `find_interface` returned, by name and path.
     """
@@ -129,6 +129,7 @@ class Index:
         self.functions: dict[str, list[Routine]] = {}
         self.aliases: dict[str, list[Named]] = {}
         self.constants: dict[str, list[Named]] = {}
+        self.variables: dict[str, list[Named]] = {}
         self.components: list[tuple[str, str]] = []
         self.headers = Headers()
         self.includes = self.headers.includes
@@ -220,6 +221,15 @@ class Index:
         """Return the constant that a name means at a place."""
         return self._nearest(self._named("constants", self.constants, name), name, path, space)
 
+    def find_variable(self, name: str, path: str, space: str) -> str | None:
+        """Return the full name of the global variable, or static member, that a name means at a place."""
+        found = self._named("variables", self.variables, name)
+        if not found:
+            return None
+        nearest = self._nearest(found, name, path, space)
+        full = {each.full for each in found if f"::{each.full}".endswith(f"::{name.lstrip(':')}")}
+        return nearest.full if nearest is not None else full.pop() if len(full) == 1 else None
+
     def find_functions(self, name: str, path: str) -> list[Routine]:
         """Return the functions that a name may refer to: those of the same file, or of the nearest."""
         found = self._named("functions", self.functions, name)
@@ -256,6 +266,7 @@ class Index:
             "functions": self.functions,
             "aliases": self.aliases,
             "constants": self.constants,
+            "variables": self.variables,
         }
         if kind == "includes":
             return [[each] for each in sorted(self.headers.included(last))]
@@ -365,6 +376,7 @@ class Index:
             self._class(kind, path, space, templates)
         default = node.child_by_field_name("default_value")
         is_static = any(each.type == "storage_class_specifier" for each in node.children)
+        is_fixed = any(text_of(each) in ("const", "constexpr") for each in node.children)
         for declarator in node.children_by_field_name("declarator"):
             value = default
             if declarator.type == "init_declarator":
@@ -379,14 +391,13 @@ class Index:
                 cls.fields[name] = (kind, value)
                 if declarator.type in ("pointer_declarator", "reference_declarator"):
                     cls.pointers.add(name)
-            elif value is not None and name:
-                self._name(
-                    self.constants,
-                    name.rpartition("::")[2],
-                    "::".join(filter(None, (space, name.rpartition("::")[0]))),
-                    path,
-                    value,
-                )
+            elif name and function is None:
+                scope, _, last = name.rpartition("::")
+                around = "::".join(filter(None, (space, scope)))
+                if value is not None:
+                    self._name(self.constants, last, around, path, value)
+                if not is_fixed:
+                    self._name(self.variables, last, around, path, declarator)
 
 
 def _inner(node: Node | None) -> list[Node]:

@@ -305,8 +305,6 @@ class Maker:
     def callback(self, entity: Entity, role: str, kind: str, target: Value, owner: Obj) -> CallbackFact:
         """Give an entity a callback."""
         name, place = place_of(target, entity.at)
-        if entity.callbacks.get(role) is not None and entity.callbacks[role].at == place:
-            return entity.callbacks[role]
         if place is None:
             fact = CallbackFact(shown(target), kind, entity.at, is_open=True)
             if owner.node is not None:

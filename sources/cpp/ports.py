@@ -162,13 +162,20 @@ class Ports:
     def _goal(self, call: Call, on: Port) -> Value:
         machine = self.machine
         effect = machine.does("send_goal", on.entity.port, call.node, call.frame, "async", on.entity)
-        given = next((each for each in call.args if isinstance(each, Made) and each.fields), None)
+        given = next((each for each in call.args[1:] if isinstance(each, Made)), None)
         for name, target in (given.fields if given is not None else {}).items():
-            if name.endswith("_callback") and name != "feedback_callback":
+            if name.endswith("_callback"):
+                kind = "feedback" if name == "feedback_callback" else "done callback"
                 holder = machine.entity_of("done", name, call.node, call.frame, Obj(None))
-                fact = self.maker.callback(holder, "callback", "done callback", target, on.owner)
-                if name == "result_callback" or effect.then is None:
+                fact = self.maker.callback(holder, "callback", kind, target, on.owner)
+                if name == "result_callback":
                     effect.then = fact
+                elif fact not in effect.meanwhile:
+                    effect.meanwhile.append(fact)
+        if effect.then is None:
+            accepted = [each for each in effect.meanwhile if each.kind == "done callback"]
+            effect.then = next(iter(accepted), None)
+        effect.meanwhile = [each for each in effect.meanwhile if each is not effect.then]
         return self._future(effect)
 
     def _await(self, call: Call, future: Value | None, rest: list[Value], how: str) -> Value:

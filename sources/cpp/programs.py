@@ -12,7 +12,6 @@ from dineros.sources.cmake import Component
 from dineros.sources.cpp.doing import Ros
 from dineros.sources.cpp.following.machine import MOST_STEPS, TooLong
 from dineros.sources.cpp.following.overriding import overridden
-from dineros.sources.cpp.following.polling import add_setters
 from dineros.sources.cpp.following.reach import Reach
 from dineros.sources.cpp.following.reached import Reached
 from dineros.sources.cpp.following.statements import Statements
@@ -260,7 +259,7 @@ class CppPrograms:
         path = main.path if main is not None else cls.path if cls is not None else ""
         reached = Reached()
         machine = Statements(self.index, program, self._idioms, self._reach, reached)
-        machine.library = Ros(machine)
+        library = machine.library = Ros(machine)
         machine.most_steps = self._most_steps()
         machine.given, machine.is_launched = given.get(program, {}), self._is_launched
         machine.fact = CallbackFact("main", "main", Place(path, main.line if main is not None else 1))
@@ -274,6 +273,7 @@ class CppPrograms:
                 machine.construct(cls, args, [], cls.node, Frame(path, cls.space))
             start = machine.fact
             for _ in range(2):  # the first pass finds the values that callbacks assign to members
+                library.waiting.forget()
                 _callbacks(machine)
                 for target, routine, frame in list(overridden(machine)):
                     machine.library.read_callback(target, "event", routine.node, frame)
@@ -288,7 +288,7 @@ class CppPrograms:
         unread += machine.unread
         _share(machine)
         join_replaced(machine)
-        add_setters(machine)
+        machine.add_setters()
         for node in machine.nodes:
             _finish(node, start, cls, None if cls is None else self._component(cls))
             if is_cut:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from dineros.sources.cpp.following.calls import Call
 from dineros.sources.cpp.following.statements import Statements
 from dineros.sources.cpp.parsing import on_text, text_of
-from dineros.sources.cpp.values import Const, Items, Made, Open, Value, constant, part
+from dineros.sources.cpp.values import Const, Items, Lambda, Made, Method, Open, Value, constant, part
 from dineros.sources.facts import HELD
 
 if TYPE_CHECKING:
@@ -25,6 +26,8 @@ _WAITS = ("wait", "wait_for", "wait_until", "acquire", "try_acquire_for", "arriv
 _NOTIFIES = ("notify_one", "notify_all", "release", "count_down", "set_value", "set_exception")
 _LEAVES = ("break_statement", "return_statement", "throw_statement", "goto_statement")
 _EXITS = ("exit(", "std::exit(", "abort(", "std::abort(")
+BEGAN = "began"
+"""Member of a thread: the id of the callback that has started it; 0: it has waited for its end."""
 _LONGEST = 60
 """Limit of the characters of an expression that names a lock."""
 
@@ -41,6 +44,10 @@ class Waiting:
     def __init__(self, machine: Statements) -> None:
         self.machine = machine
         self._labels: dict[int, tuple[Value, str]] = {}
+
+    def forget(self) -> None:
+        """Forget the names of locks and signals: code that is read again creates them again."""
+        self._labels.clear()
 
     def is_guard(self, call: Call) -> bool:
         """Return whether a call creates an object that holds locks during its lifetime."""
@@ -76,7 +83,7 @@ class Waiting:
         if kind.endswith(_SIGNALS):
             return self._signal(call, on, kind)
         if kind == "thread" and call.last in ("join", "get", "wait"):
-            return self._join(call)
+            return self.join(call, on)
         return None
 
     def _signal(self, call: Call, on: Made, kind: str) -> Value | None:
@@ -103,10 +110,19 @@ class Waiting:
         self.machine.holding[:] = held
         return Open("a wait")
 
-    def _join(self, call: Call) -> Value:
-        if self.machine.role not in ("main", "constructor"):
-            what = f"the thread {on_text(call.node)}"
-            self.machine.does("wait", what, call.node, call.frame, "blocks, without time-out")
+    def join(self, call: Call, thread: Made) -> Value:
+        """Wait for the end of a thread: a callback that has started it does what the thread does.
+
+        A thread that has begun before usually ends by itself, as a callback tells it to.
+        """
+        machine, began = self.machine, thread.fields.get(BEGAN)
+        if machine.role in ("main", "constructor") or began == Const(0):
+            return Open("a result")
+        if began == Const(id(machine.fact)) and isinstance(thread.args[0], (Lambda, Method)):
+            thread.fields[BEGAN] = Const(0)
+            return machine.invoke(thread.args[0], [], call.node, call.frame)
+        what = f"the thread {on_text(call.node)}"
+        machine.does("wait", what, call.node, call.frame, "blocks, without time-out")
         return Open("a result")
 
     def _take(self, name: str, call: Call, lock: Value) -> None:
@@ -172,3 +188,18 @@ def is_repeated_until_true(call: Node) -> bool:
         else:
             todo += part.named_children
     return True
+
+
+def is_lost(made: Node) -> bool:
+    """Return whether an object is destroyed at once or at the end of its block, and never moved elsewhere."""
+    around, block = made.parent, made.parent
+    if around is not None and around.type == "expression_statement":
+        return True
+    declarator = made if made.type == "init_declarator" else around
+    if declarator is None or declarator.type != "init_declarator":
+        return made.type == "function_declarator"
+    while block is not None and block.type != "compound_statement":
+        block = block.parent
+    name = text_of(declarator.child_by_field_name("declarator"))
+    rest = text_of(block).replace(text_of(declarator), "")
+    return not re.search(rf"move\(\s*{name}\s*\)|return\s+{name}\s*;|\b{name}\.(?:detach|share)\(", rest)

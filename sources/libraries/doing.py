@@ -140,7 +140,8 @@ class Doer:
             found = effect("send_goal", entity.port, node, frame, "async", entity)
             feedback = call.argument(1, "feedback_callback")
             if not is_none(feedback) and feedback is not None:
-                self.machine.later(feedback, "feedback", port.node, [Open("feedback")], str(found.at))
+                fact = self.machine.later(feedback, "feedback", port.node, [Open("feedback")], str(found.at))
+                found.meanwhile += [fact] if fact not in found.meanwhile else []
             if name == "send_goal_async":
                 return Future("goal", found, entity)
             effect("get_result", "goal", node, frame, "blocks, without time-out", entity)

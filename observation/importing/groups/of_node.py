@@ -41,28 +41,30 @@ class GroupsOfNode:
     """
 
     def __init__(self, fact: NodeFact, taken: Taken, at: Callable[[Place], str]) -> None:
-        self._taken, self._at = taken, at
+        self._taken, self._at, self._fact = taken, at, fact
         self._names: dict[Entity, str] = {}
         self._outside: list[str] = []
         self.answers_hold = not fact.at.file.endswith(".py")
         clients = [*fact.of("clients"), *fact.of("action_clients")]
-        self._default = DEFAULT if self.answers_hold and any(each.group is None for each in clients) else ""
+        is_needed = any(fact.group_of(each) is None for each in clients)
+        self._default = DEFAULT if self.answers_hold and is_needed else ""
 
     def of(self, entity: Entity) -> str | None:
         """Return the group of a callback or a client; None: the default group, which has no name."""
-        if entity.group is None:
+        group = self._fact.group_of(entity)
+        if group is None:
             if self.is_open(entity):  # in another group, other callbacks wait, or run at the same time
                 said = entity.details["group"]
                 self._taken.lack(
                     f"{self._at(entity.at)}: the callback group is {said}; that of the node is assumed"
                 )
             return self._default or None
-        if entity.group not in self._names:
-            wanted = entity.group.port.rpartition(".")[2]
-            if entity.group.is_anonymous_group:
-                wanted = f"group_{entity.group.at.line}"
-            self._names[entity.group] = free_name(re.sub(r"\W+", "_", wanted).strip("_"), self._used())
-        return self._names[entity.group]
+        if group not in self._names:
+            wanted = group.port.rpartition(".")[2]
+            if group.is_anonymous_group:
+                wanted = f"group_{group.at.line}"
+            self._names[group] = free_name(re.sub(r"\W+", "_", wanted).strip("_"), self._used())
+        return self._names[group]
 
     def is_open(self, entity: Entity) -> bool:
         """Return whether the code does not say the group of a callback or a client."""

@@ -32,14 +32,17 @@ def threads_in_code(fact: NodeFact, at: str) -> tuple[int | None, OpenThreads | 
     at : str
         Its line of code, with the folder.
     """
+    apart = sum(fact.apart.values())
     if isinstance(fact.threads, int):
-        return fact.threads, None
+        return fact.threads + apart, None
     if fact.threads == "processors":
-        least = 1 if fact.at.file.endswith(".py") else LEAST_OF_RCLCPP
-        return PROCESSORS, OpenThreads(at, "as many threads as processors", least)
+        least = apart + (1 if fact.at.file.endswith(".py") else LEAST_OF_RCLCPP)
+        return PROCESSORS + apart, OpenThreads(at, "as many threads as processors", least)
     is_unknown = not fact.executor or is_open(fact.executor)
     words = fact.executor if is_unknown and fact.executor else fact.threads
-    return None, OpenThreads(at, f"the number of threads is {words}", may_be_shared=is_unknown)
+    return 1 + apart if apart else None, OpenThreads(
+        at, f"the number of threads is {words}", may_be_shared=is_unknown
+    )
 
 
 def lacks_of_threads(system: ObservedSystem, given: Given) -> tuple[str, ...]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Protocol
 from dineros.sources.cpp.declarators import function_of, parameters_of
 from dineros.sources.cpp.following.expressions import named
 from dineros.sources.cpp.following.machine import coerced
-from dineros.sources.cpp.following.polling import CHANGES
+from dineros.sources.cpp.following.polling import CHANGES, value_in_words
 from dineros.sources.cpp.following.routines import Routines
 from dineros.sources.cpp.index import ClassInfo
 from dineros.sources.cpp.parsing import arguments_of, path_of, text_of
@@ -176,7 +176,8 @@ class Calls(Routines):
             field = function.child_by_field_name("field")
             args = self.values(inner, frame)
             if text_of(field) in CHANGES:
-                self.note_change(path_of(left).rpartition("->")[2])
+                value = CHANGES[text_of(field)] or value_in_words(args[0] if args else None)
+                self.note_change(path_of(left).rpartition("->")[2], value)
             if text_of(field) == "reset" and len(args) == 1 and self._is_pointer(function, on):
                 self.assign(left, args[0], frame)
                 return Open("reset")

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 from dineros.sources.branches import Anything, Branch, Loop, Turns
 from dineros.sources.cpp.declarators import name_of
 from dineros.sources.cpp.following.fields import Fields
-from dineros.sources.cpp.following.polling import POLLED, polled_member
+from dineros.sources.cpp.following.polling import CANCELED, POLLED, polled_member
 from dineros.sources.cpp.parsing import path_of, text_of
 from dineros.sources.cpp.values import NO_VALUE, Const, Frame, Items, Made, Open, Value, options
-from dineros.sources.facts import STARTING
+from dineros.sources.facts import STARTING, Effect
 
 if TYPE_CHECKING:
     from tree_sitter import Node
@@ -29,7 +29,8 @@ class Loops(Fields):
     """Runs loops."""
 
     @contextmanager
-    def _loop(self, node: Node, frame: Frame) -> Iterator[None]:
+    def loop(self, node: Node, frame: Frame) -> Iterator[None]:
+        """Run code that is repeated any number of times."""
         if node.id not in self.assigned:
             self.assigned[node.id] = (_assigned(node), _may_give_up(node))
         names, may_give_up = self.assigned[node.id]
@@ -57,7 +58,8 @@ class Loops(Fields):
             turns: list[Value] = [Const(each) for each in numbers]
             self._turns(turns, name, node.child_by_field_name("body"), frame)
             return
-        with self._loop(node, frame):
+        self._polls(node, frame)
+        with self.loop(node, frame):
             for name in ("condition", "body", "update"):
                 each = node.child_by_field_name(name)
                 if each is not None:
@@ -98,25 +100,53 @@ class Loops(Fields):
         return name, list(range(first.value, end)) if end - first.value <= _MOST_TURNS else []
 
     def _do_while_statement(self, node: Node, frame: Frame) -> None:
-        name = polled_member(node)
-        is_thread = self.fact.kind in ("thread", "event", *STARTING)
-        if name is not None and not is_thread and self._is_member(name, frame):
-            self.does("wait", name, node, frame, POLLED)
-        with self._loop(node, frame):
+        self._polls(node, frame)
+        with self.loop(node, frame):
             self.values(node.child_by_field_name("condition"), frame)
             self.run_block(node.child_by_field_name("body"), frame)
 
+    def _polls(self, loop: Node, frame: Frame) -> None:
+        """Record that a loop waits until a member changes."""
+        polled = polled_member(loop)
+        is_thread = self.fact.kind in ("thread", "event", *STARTING)
+        if polled is None or is_thread:
+            return
+        if polled.name == CANCELED or self._is_member(polled.name, frame):
+            self.does("wait", polled.name, loop, frame, POLLED)
+            self.polled.setdefault(polled.name, set()).add(polled)
+
+    def add_setters(self) -> None:
+        """Give each callback that may end the wait of another one's loop an effect that says so.
+
+        If code was not followed again, it is not known who else changes members, so nothing is added.
+        """
+        waited = {
+            effect.what
+            for todo in self.todo
+            for effect in todo.fact.effects
+            if (effect.do, effect.how) == ("wait", POLLED)
+        }
+        for name in waited if not self.skipped else ():
+            for fact, values in self.changed.get(name, {}).values():
+                if any(each.may_end_at(value) for each in self.polled.get(name, ()) for value in values):
+                    fact.effects.append(Effect("notify", name, fact.at, "conditional"))
+        for todo in self.todo if CANCELED in waited else ():
+            if todo.fact.kind == "cancel":
+                todo.fact.effects.append(Effect("notify", CANCELED, todo.fact.at, "conditional"))
+
     def _is_member(self, name: str, frame: Frame) -> bool:
-        """Return whether a name is a member of this object, and not a local variable."""
+        """Return whether a name is a member of this object or a global variable, and not a local one."""
         kinds = self.bases(frame.this.cls) if frame.this is not None and frame.this.cls is not None else []
-        return name not in frame.values and any(name in each.fields for each in kinds)
+        is_member = any(name in each.fields for each in kinds) or self.find_global(name, frame) is not None
+        return name not in frame.values and is_member
 
     def _do_do_statement(self, node: Node, frame: Frame) -> None:
         count = self._numbered(node)
         if count is not None:
             self._turns([Const(turn) for turn in range(count)], "", node.child_by_field_name("body"), frame)
             return
-        with self._loop(node, frame):
+        self._polls(node, frame)
+        with self.loop(node, frame):
             self.run_block(node.child_by_field_name("body"), frame)
             self.value(node.child_by_field_name("condition"), frame)
 
@@ -140,7 +170,7 @@ class Loops(Fields):
         if isinstance(over, Items) and not over.is_open and 0 < len(found) <= _MOST_TURNS:
             self._turns(found, name, body, frame)  # each item once, for certain
             return
-        with self._loop(node, frame):
+        with self.loop(node, frame):
             rest = Open(f"each of {text_of(node.child_by_field_name('right'))}")
             self._turns([*found[:_MOST_TURNS], rest], name, body, frame)
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from dineros.sources.branches import Do
 from dineros.sources.cpp.following.answers import FunctionText
+from dineros.sources.cpp.following.polling import Polled, value_in_words
 from dineros.sources.cpp.following.reach import Reach
 from dineros.sources.cpp.following.reached import Reached
 from dineros.sources.cpp.following.ways import Ways
@@ -91,6 +92,8 @@ class Machine(Ways):
         self.nodes: list[NodeFact] = []
         self.todo: list[Todo] = []
         self.made: dict[tuple[object, ...], Obj] = {}
+        self.globals: dict[str, Value] = {}
+        """The values of global variables and static members that code has set, by full name."""
         self.fact = CallbackFact("main", "main", Place("", 1))
         self.role = "main"
         self.loops = 0
@@ -120,8 +123,10 @@ class Machine(Ways):
         self._happened = 0
         self._order = 0
         self._stored: list[str] = []
-        self.changed: dict[str, dict[int, CallbackFact]] = {}
-        """The callbacks that change a member, by its name."""
+        self.changed: dict[str, dict[int, tuple[CallbackFact, set[str]]]] = {}
+        """The callbacks that change a member, with the values that they give it, by its name."""
+        self.polled: dict[str, set[Polled]] = {}
+        """What loops wait for, by the name of the member."""
         self.writes: dict[int, set[str]] = {}
         """The members that code has set, by id of its node."""
         self.skipped: dict[int, bool] = {}
@@ -268,6 +273,9 @@ class Machine(Ways):
             self.todo.append(Todo(found, target, owner, entity))
             if owner.node is not None:
                 owner.node.callbacks.append(found)
+        else:  # read again, it has the variables of this time
+            for each in self.todo:
+                each.target = target if each.fact is found else each.target
         return found
 
     # ------------------------------------------------------------------------------------------------ types
@@ -359,7 +367,15 @@ class Machine(Ways):
             around = around.outer
         if frame.this is not None and name in frame.this.fields:
             return frame.this.fields[name]
-        return None
+        return self.globals.get(self.find_global(name, frame) or "") if self.globals else None
+
+    def find_global(self, name: str, frame: Frame) -> str | None:
+        """Return the full name of the global variable that a name means, if no member has this name."""
+        this = frame.this
+        kinds = self.bases(this.cls) if this is not None and this.cls is not None else []
+        if (this is not None and name in this.fields) or any(name in each.fields for each in kinds):
+            return None
+        return self.index.find_variable(name, frame.path, frame.cls.full if frame.cls else frame.space)
 
     def store(self, name: str, value: Value, frame: Frame) -> None:
         """Set a variable or member, certainly or possibly."""
@@ -369,13 +385,20 @@ class Machine(Ways):
                 self.set_in(around.values, name, value, is_local=around is frame)
                 return
             around = around.outer
-        if frame.this is not None:
+        full = self.find_global(name, frame)
+        if full is not None:
+            self.note_change(name, value_in_words(value))
+            if self.role in ("main", "constructor"):
+                self.set_in(self.globals, full, value)
+            else:
+                self.globals[full] = joined(self.globals.get(full), value)
+        elif frame.this is not None:
             self.store_field(frame.this, name, value)
 
     def store_field(self, this: Obj, name: str, value: Value) -> None:
         """Give a member of an object a value."""
         self._stored.append(name)
-        self.note_change(name)
+        self.note_change(name, value_in_words(value))
         for cls in self.bases(this.cls) if this.cls is not None else ():
             if name in cls.fields:
                 kind = cls.fields[name][0]
@@ -387,11 +410,11 @@ class Machine(Ways):
         else:
             this.fields[name] = joined(old, value)
 
-    def note_change(self, name: str) -> None:
+    def note_change(self, name: str, value: str) -> None:
         """Record that a callback or the main function changes a member; constructors do not count."""
         is_in_constructor = any(cls and not at for cls, at, *_ in self.calls)
         if self.role != "constructor" and not (self.role == "main" and is_in_constructor):
-            self.changed.setdefault(name, {})[id(self.fact)] = self.fact
+            self.changed.setdefault(name, {}).setdefault(id(self.fact), (self.fact, set()))[1].add(value)
 
     def set_member(self, on: Made, name: str, value: Value) -> None:
         """Set a member of an object of a library."""

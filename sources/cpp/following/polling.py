@@ -3,28 +3,38 @@
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from dineros.sources.cpp.parsing import path_of, text_of
-from dineros.sources.facts import Effect
+from dineros.sources.cpp.values import Const, Made, Value
 
 if TYPE_CHECKING:
     from tree_sitter import Node
 
-    from dineros.sources.cpp.following.machine import Machine
-
 POLLED = "polled, without time-out"
 CHANGES = {
-    *("store", "exchange", "push", "push_back", "push_front", "emplace", "emplace_back", "insert", "set"),
-    *("clear", "fetch_add", "fetch_sub", "fetch_or", "test_and_set", "swap", "assign"),
+    **dict.fromkeys(("push", "push_back", "push_front", "emplace", "emplace_back", "insert"), "true"),
+    **dict.fromkeys(("pop", "pop_front", "pop_back", "erase", "clear"), "false"),
+    **dict.fromkeys(("store", "exchange", "set", "assign", "swap"), ""),
+    **dict.fromkeys(("fetch_add", "fetch_sub", "fetch_or", "fetch_and"), ""),
+    "test_and_set": "true",
 }
-"""Methods of the standard library that change their object."""
+"""Methods of the standard library that change their object, with what it becomes; empty: not known.
+
+What adds items makes it true, and what removes items may make it false.
+"""
 
 _MEMBER = re.compile(
-    r"!?\s*\(*(?:this->)?(\w+)(?:\.(?:load|empty|has_value)\(\)|\.size\(\))?\s*"
-    r"(?:(?:==|!=|<=?|>=?)\s*(?:true|false|nullptr|NULL|\d+))?\)*"
+    r"(!?)\s*\(*(?:this->)?(\w+)(\.(?:load|empty|has_value)\(\)|\.size\(\))?\s*"
+    r"(?:(==|!=|<=?|>=?)\s*((?:\w+::)*\w+))?\)*"
 )
-_OK = re.compile(r"(?:rclcpp::)?ok\([^()]*\)")
+CANCELED = "a request to cancel the goal"
+"""What a loop waits for if it asks whether the goal is to be cancelled."""
+_CANCELED = re.compile(r"(!?)\s*\w+->is_canceling\(\)")
+_OK = re.compile(r"(?:rclcpp::)?ok\([^()]*\)|true|1|")
+_NOT_OK = re.compile(r"!\s*(?:rclcpp::)?ok\([^()]*\)")
+_FALSE = ("false", "nullptr", "NULL", "0")
 _HARMLESS = {
     *("sleep_for", "sleep_until", "sleep", "yield", "usleep", "nanosleep", "ok", "get_logger", "get_clock"),
     *("hours", "minutes", "seconds", "milliseconds", "microseconds", "nanoseconds", "duration", "Duration"),
@@ -34,46 +44,95 @@ _HARMLESS = {
 _LEAVES = ("break_statement", "return_statement", "throw_statement", "goto_statement", "co_return_statement")
 
 
-def polled_member(loop: Node) -> str | None:
+@dataclass(frozen=True)
+class Polled:
+    """A member that a loop waits for.
+
+    Attributes
+    ----------
+    name : str
+        The member.
+    value : str
+        The value with which it is compared; empty: something else is tested.
+    is_equal : bool
+        Whether the loop ends when it is equal.
+    """
+
+    name: str
+    value: str = ""
+    is_equal: bool = True
+
+    def may_end_at(self, value: str) -> bool:
+        """Return whether the loop may end when the member has a value; empty: any value."""
+        is_enumerator = "::" in value and "::" in self.value
+        if not value or not self.value or not (is_enumerator or {value, self.value} <= {"true", "false"}):
+            return True
+        return (value == self.value) == self.is_equal
+
+
+def value_in_words(value: Value | None) -> str:
+    """Return a value that members are compared with: ``true``, ``false``, an enumerator; empty: another."""
+    if isinstance(value, Const) and not isinstance(value.value, str):
+        return "true" if value.value else "false"
+    return value.path if isinstance(value, Made) and not value.args and "::" in value.path else ""
+
+
+def polled_member(loop: Node) -> Polled | None:
     """Return the member that a loop waits for; None: it may do something else, or end otherwise.
 
     Each part of its condition is a test of this member, or asks whether the program shall end. Its body only
-    sleeps and writes into the log.
+    sleeps, writes into the log, and ends the loop by such tests.
     """
     body, asked = loop.child_by_field_name("body"), text_of(loop.child_by_field_name("condition")).strip()
-    if body is None or "||" in asked:
+    if body is None or "||" in asked or loop.child_by_field_name("update") is not None:
         return None
-    asked = asked.removeprefix("(").removesuffix(")")
+    if asked.startswith("("):
+        asked = asked.removeprefix("(").removesuffix(")")
     parts = [each.strip() for each in asked.split("&&")]
-    tests = [each for each in parts if not _OK.fullmatch(each)]
-    found = [_MEMBER.fullmatch(each) for each in tests]
-    names = {each[1] for each in found if each is not None}
-    if len(names) != 1 or None in found:
-        return None
-    todo = [body]
+    found = [_tested(each) for each in parts if not _OK.fullmatch(each)]
+    todo, other = [body], False
     while todo:
         each = todo.pop()
-        if each.type in _LEAVES or each.type in ("assignment_expression", "update_expression"):
+        if each.type in _LEAVES:
             return None
+        if each.type in ("assignment_expression", "update_expression"):
+            other = True  # it may change what is tested, but nothing in a loop requests a cancellation
+        if each.type == "if_statement" and _ends(each):
+            condition = text_of(each.child_by_field_name("condition"))[1:-1].strip()
+            if not _NOT_OK.fullmatch(condition):
+                found.append(_tested(condition, negated=True))
+            continue
         if each.type == "call_expression":
             name = path_of(each.child_by_field_name("function")).rpartition("::")[2]
             if name.rpartition(".")[2] not in _HARMLESS and not name.startswith(("RCLCPP_", "RCUTILS_")):
-                return None
+                other = True
         todo += each.named_children
-    return names.pop()
+    if other and (CANCELED not in {each and each.name for each in found} or "spin" in text_of(body)):
+        return None
+    return found[0] if len({each and each.name for each in found}) == 1 else None
 
 
-def add_setters(machine: Machine) -> None:
-    """Give each callback that changes a polled member an effect that says so.
+def _ends(statement: Node) -> bool:
+    """Return whether a statement only ends its loop under a condition."""
+    body = statement.child_by_field_name("consequence")
+    inner = [] if body is None else body.named_children if body.type == "compound_statement" else [body]
+    last = next((each.type for each in reversed(inner) if each.type != "comment"), "")
+    return statement.child_by_field_name("alternative") is None and last in _LEAVES
 
-    If code was not followed again, it is not known who else changes it, so nothing is added.
-    """
-    waited = {
-        effect.what
-        for todo in machine.todo
-        for effect in todo.fact.effects
-        if (effect.do, effect.how) == ("wait", POLLED)
-    }
-    for name in waited if not machine.skipped else ():
-        for fact in machine.changed.get(name, {}).values():
-            fact.effects.append(Effect("notify", name, fact.at, "conditional"))
+
+def _tested(asked: str, *, negated: bool = False) -> Polled | None:
+    """Return the member that the condition of a loop tests; if negated, of ending the loop."""
+    found = _CANCELED.fullmatch(asked)
+    if found is not None:
+        return Polled(CANCELED, "false", (found[1] != "!") != negated)
+    found = _MEMBER.fullmatch(asked)
+    if found is None:
+        return None
+    mark, name, method, sign, value = found.groups()
+    is_equal = (sign == "==") == (mark == "!") if sign else mark != "!"
+    value = "false" if not sign or value in _FALSE else value
+    if method == ".empty()":
+        is_equal = not is_equal
+    if (sign and sign not in ("==", "!=")) or (method == ".size()" and sign) or (value.isdigit()):
+        value = ""
+    return Polled(name, value, is_equal != negated)

@@ -23,7 +23,7 @@ def items(machine: Statements, call: Call, on: Items) -> Value:
             on.values.append(value)
         on.is_open = on.is_open or isinstance(value, Open) or machine.when != "always"
         return on
-    if call.last in ("at", "front", "back", "find") and on.values:
+    if call.last in ("at", "front", "back", "find", "begin", "cbegin") and on.values:
         index = constant(call.args[0]) if call.args else None
         if isinstance(index, int) and 0 <= index < len(on.values):
             return on.values[index]
@@ -36,6 +36,8 @@ def items(machine: Statements, call: Call, on: Items) -> Value:
 def _item(machine: Statements, call: Call, on: Items) -> Value:
     """Return the value that a list stores: a given object, or one constructed from the arguments."""
     args, cls = call.args, on.kind
+    if cls is not None and args and isinstance(args[-1], Items):  # an object in braces
+        return machine.construct(cls, args[-1].values, [], call.node, call.frame)
     if cls is not None and call.last.startswith("emplace"):
         given = args[1:] if call.last in ("emplace", "try_emplace") and len(args) > 1 else args
         is_made = any(

@@ -1,0 +1,247 @@
+"""Callbacks in C++ that wait for what only blocked callbacks can do, as developers write them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from dineros.observation.findings.code import code_findings
+from dineros.sources.reading import read_source
+from tests.support.programs.coded import run
+
+pytest.importorskip("tree_sitter_cpp")
+
+ROBOT = """
+#include <rclcpp/rclcpp.hpp>
+using namespace std::chrono_literals;
+using Fibonacci = example_interfaces::action::Fibonacci;
+using std_msgs::msg::String;
+using std_srvs::srv::Trigger;
+using Goal = rclcpp_action::ServerGoalHandle<Fibonacci>;
+struct Device { std::string name; rclcpp::Client<Trigger>::SharedPtr client; };
+class Robot : public rclcpp::Node {
+ public:
+  Robot() : Node("robot") {
+    group_ = create_callback_group(rclcpp::CallbackGroupType::MutuallyExclusive, IS_ADDED);
+    rclcpp::SubscriptionOptions options;
+    options.callback_group = GROUP;
+    sub_ = create_subscription<String>("in", 1, [this](String::SharedPtr) { HEARS }, options);
+    client_ = create_client<Trigger>("ask", rclcpp::ServicesQoS(), GROUP);
+    actions_ = rclcpp_action::create_client<Fibonacci>(this, "go", GROUP);
+    timer_ = create_wall_timer(1s, [this]() { tick(); });
+    MORE
+  }
+  void ask() { client_->async_send_request(std::make_shared<Trigger::Request>()).get(); }
+  void tick() { TICK }
+  rclcpp::CallbackGroup::SharedPtr group_;
+  rclcpp::Subscription<String>::SharedPtr sub_;
+  rclcpp::Client<Trigger>::SharedPtr client_;
+  rclcpp_action::Client<Fibonacci>::SharedPtr actions_;
+  rclcpp_action::Server<Fibonacci>::SharedPtr server_;
+  rclcpp::TimerBase::SharedPtr timer_;
+  rclcpp::executors::SingleThreadedExecutor executor_;
+  std::vector<Device> devices_;
+  std::thread thread_;
+  std::future<void> kept_;
+  std::once_flag once_;
+  std::atomic<bool> done_{false};
+  State state_ = State::IDLE;
+};
+int main(int argc, char ** argv) {
+  rclcpp::init(argc, argv);
+  EXECUTOR
+}
+"""
+MULTI = """
+  rclcpp::executors::MultiThreadedExecutor executor;
+  executor.add_node(std::make_shared<Robot>());
+  executor.spin();
+"""
+SINGLE = "rclcpp::spin(std::make_shared<Robot>());"
+
+
+def written(folder: Path, tick: str = "", executor: str = MULTI, **words: str) -> Path:
+    """Write the robot, and return its folder."""
+    text = ROBOT.replace("TICK", tick).replace("EXECUTOR", executor)
+    for word, usual in (("IS_ADDED", "true"), ("GROUP", "nullptr"), ("HEARS", ""), ("MORE", "")):
+        text = text.replace(word, words.get(word.lower(), usual))
+    (folder / "robot.cpp").write_text(text)
+    return folder
+
+
+def waits(folder: Path) -> bool:
+    """Return whether a callback waits for what cannot happen meanwhile."""
+    found = code_findings([(".", read_source(folder))])
+    return any(each.rule == "code-waits-for-itself" for each in found)
+
+
+def calls(folder: Path) -> bool:
+    """Return whether the timer's callback waits for a response."""
+    (node,) = read_source(folder).nodes
+    (tick,) = [each for each in node.callbacks if each.kind == "timer"]
+    return any(each.do == "call" and each.how.startswith("blocks") for each in tick.effects)
+
+
+SLEEPS = "std::this_thread::sleep_for(10ms);"
+RESETS = f"done_ = false; while (rclcpp::ok() && !done_) {{ {SLEEPS} }}"
+
+
+@pytest.mark.parametrize("group", ["nullptr", "group_"])
+@pytest.mark.parametrize(
+    ("hears", "tick"),
+    [
+        ("done_ = true;", RESETS),
+        ("done_ = true;", f"done_ = false; do {{ {SLEEPS} }} while (!done_);"),
+        ("done_ = true;", f"done_ = false; while (rclcpp::ok()) {{ if (done_) {{ break; }} {SLEEPS} }}"),
+        ("done_ = true;", f"done_ = false; for (; !done_.load();) {{ {SLEEPS} }}"),
+        (
+            "state_ = State::DONE;",
+            f"state_ = State::BUSY; while (state_ != State::DONE) {{ if (!rclcpp::ok()) return; {SLEEPS} }}",
+        ),
+    ],
+)
+def test_loops_wait_for_members_that_they_have_reset(
+    tmp_path: Path, hears: str, tick: str, group: str
+) -> None:
+    """That a callback itself resets the member before does not end its loop: "0 found" before."""
+    assert waits(written(tmp_path, tick, hears=hears, group=group)) == (group == "nullptr")
+
+
+@pytest.mark.parametrize(
+    ("hears", "tick"),
+    [
+        ("done_ = false;", f"done_ = true; while (!done_) {{ {SLEEPS} }}"),
+        ("done_ = true;", f"while (rclcpp::ok()) {{ if (done_) {{ break; }} if (late()) break; {SLEEPS} }}"),
+        ("done_ = true;", f"for (int i = 0; i < 9 && !done_; ++i) {{ {SLEEPS} }}"),
+    ],
+)
+def test_loops_that_end(tmp_path: Path, hears: str, tick: str) -> None:
+    assert not waits(written(tmp_path, tick, hears=hears))
+
+
+@pytest.mark.parametrize("group", ["nullptr", "group_"])
+@pytest.mark.parametrize(
+    "tick",
+    [
+        """std::promise<void> done; auto future = done.get_future();
+        client_->async_send_request(std::make_shared<Trigger::Request>(),
+          [&done](rclcpp::Client<Trigger>::SharedFuture) { done.set_value(); });
+        future.wait();""",
+        f"""auto goal = Fibonacci::Goal(); goal.order = 3; done_ = false;
+        auto options = rclcpp_action::Client<Fibonacci>::SendGoalOptions();
+        options.result_callback = [this](const auto &) {{ done_ = true; }};
+        actions_->async_send_goal(goal, options); {RESETS}""",
+        f"""auto options = rclcpp_action::Client<Fibonacci>::SendGoalOptions();
+        options.feedback_callback = [this](auto, auto) {{ done_ = true; }};
+        actions_->async_send_goal(Fibonacci::Goal(), options); {RESETS}""",
+    ],
+)
+def test_callbacks_of_responses_set_what_is_waited_for(tmp_path: Path, tick: str, group: str) -> None:
+    """Goals whose fields are set lost their callbacks, and feedback had none."""
+    assert waits(written(tmp_path, tick, group=group)) == (group == "nullptr")
+
+
+@pytest.mark.parametrize(
+    ("tick", "hangs"),
+    [
+        ("auto job = std::async(std::launch::async, [this]() { ask(); }); job.get();", True),
+        ("std::async(std::launch::async, &Robot::ask, this);", True),
+        ("auto job = std::async([this]() { ask(); }); done_ = true;", True),
+        ("auto job = std::async([this]() { ask(); }); kept_ = std::move(job);", False),
+        ("std::thread worker([this]() { ask(); }); worker.join();", True),
+        ("std::thread worker([this]() { ask(); }); worker.detach();", False),
+        ("std::jthread worker([this]() { ask(); });", True),
+        ("std::call_once(once_, [this]() { ask(); });", True),
+        ("std::for_each(devices_.begin(), devices_.end(), [this](auto &) { ask(); });", True),
+    ],
+)
+def test_callbacks_wait_for_the_end_of_what_they_start(tmp_path: Path, tick: str, hangs: bool) -> None:
+    """The destructor of the future of ``std::async``, and of ``std::jthread``, waits."""
+    assert calls(written(tmp_path, tick)) == hangs
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("more", "hangs"),
+    [
+        ("", True),
+        ("thread_ = std::thread([this]() { executor_.spin(); });", False),
+        ("node_thread_ = std::make_unique<nav2_util::NodeThread>(executor_);", False),
+    ],
+)
+def test_groups_that_another_executor_runs(tmp_path: Path, more: str, hangs: bool) -> None:
+    adds = "executor_.add_callback_group(group_, get_node_base_interface());" if more else ""
+    is_added = "false" if more else "true"
+    written(tmp_path, "ask();", SINGLE, group="group_", is_added=is_added, more=adds + more)
+    _, shown = run("check", "-q", "--source", tmp_path)
+    assert ("[callback-deadlock]" in shown) == hangs, shown
+
+
+def test_other_groups_still_share_the_only_thread(tmp_path: Path) -> None:
+    """The thread of one group does not run others: the poller and the subscription need the same one."""
+    more = (
+        "other_ = create_callback_group(rclcpp::CallbackGroupType::MutuallyExclusive, false);"
+        "executor_.add_callback_group(other_, get_node_base_interface());"
+        "thread_ = std::thread([this]() { executor_.spin(); });"
+    )
+    assert waits(written(tmp_path, RESETS, SINGLE, hears="done_ = true;", group="group_", more=more))
+
+
+@pytest.mark.parametrize(
+    ("starts", "hangs"),
+    [("execute(goal);", True), ("std::thread([this, goal]() { execute(goal); }).detach();", False)],
+)
+def test_work_on_a_goal_that_only_a_cancellation_ends(tmp_path: Path, starts: str, hangs: bool) -> None:
+    more = f"""server_ = rclcpp_action::create_server<Fibonacci>(this, "fib",
+      [](auto, auto) {{ return rclcpp_action::GoalResponse::ACCEPT_AND_EXECUTE; }},
+      [](auto) {{ return rclcpp_action::CancelResponse::ACCEPT; }},
+      [this](std::shared_ptr<Goal> goal) {{ {starts} }});
+  }}
+  void execute(std::shared_ptr<Goal> goal) {{ while (!goal->is_canceling()) {{ count_ += 1; {SLEEPS} }}"""
+    assert waits(written(tmp_path, more=more)) == hangs
+
+
+def test_objects_in_braces_have_their_members(tmp_path: Path) -> None:
+    tick = "for (auto & each : devices_) { each.client->async_send_request(request()).get(); }"
+    assert calls(written(tmp_path, tick, more='devices_.push_back({"laser", client_});'))
+
+
+GLOBALS = """
+#include <rclcpp/rclcpp.hpp>
+rclcpp::Node::SharedPtr g_node;
+static rclcpp::Client<std_srvs::srv::Trigger>::SharedPtr g_client = nullptr;
+void on_text(const std_msgs::msg::String::SharedPtr) {
+  auto future = g_client->async_send_request(std::make_shared<std_srvs::srv::Trigger::Request>());
+  WAITS
+}
+int main(int argc, char ** argv) {
+  rclcpp::init(argc, argv);
+  g_node = rclcpp::Node::make_shared("global");
+  g_client = g_node->create_client<std_srvs::srv::Trigger>("act");
+  auto sub = g_node->create_subscription<std_msgs::msg::String>("text", 10, on_text);
+  rclcpp::spin(g_node);
+}
+"""
+
+
+@pytest.mark.parametrize(
+    ("awaits", "done"),
+    [
+        ("future.get();", [("call", "blocks, without time-out")]),
+        (
+            "rclcpp::spin_until_future_complete(g_node, future);",
+            [("call", "spin-until-future-complete, without time-out")],
+        ),
+        ("rclcpp::spin_some(g_node);", [("call", "async"), ("spin", "without end")]),
+    ],
+)
+def test_global_variables_hold_nodes_and_clients(
+    tmp_path: Path, awaits: str, done: list[tuple[str, str]]
+) -> None:
+    """Ports of a node in a global variable were "not read"."""
+    (tmp_path / "robot.cpp").write_text(GLOBALS.replace("WAITS", awaits))
+    facts = read_source(tmp_path)
+    (node,) = facts.nodes
+    assert not facts.unread
+    assert [(each.do, each.how) for one in node.callbacks for each in one.effects] == done
