@@ -5,14 +5,18 @@ from __future__ import annotations
 import gc
 import os
 import sys
+from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 
 #: Objects made between two looks for garbage: more than imports and the flattening of an ordinary model make.
 #: The default of 700 looks hundreds of times meanwhile, and each look at 100 000 takes 50 ms.
 OBJECTS_BETWEEN_COLLECTIONS = 400_000
 #: What Numba imports only to find out whether it is there, and what no kernel uses: linear algebra, functions
 #: of C libraries, the measurement of tests.
-UNUSED = ("scipy.linalg", "cffi", "coverage")
+UNUSED = ("scipy", "scipy.linalg", "cffi", "coverage")
+#: What Numba and pyecore import for what no command uses: extensions of Numba, and models at web addresses.
+RARE = ("importlib.metadata", "urllib.request")
 #: Numba reads this file of the current folder, for which it needs YAML.
 NUMBA_SETTINGS = Path(".numba_config.yaml")
 #: The threads of NumPy's linear algebra start, and spin, as soon as it is imported.
@@ -28,6 +32,8 @@ def start_quickly() -> None:
     gc.set_threshold(OBJECTS_BETWEEN_COLLECTIONS, 20, 20)
     if "numba" in sys.modules:
         return
+    for name in RARE:
+        _import_when_used(name)
     unused = UNUSED if NUMBA_SETTINGS.exists() else (*UNUSED, "yaml")
     hidden = [name for name in unused if name not in sys.modules]
     sys.modules.update(dict.fromkeys(hidden))  # type: ignore[arg-type]
@@ -35,8 +41,28 @@ def start_quickly() -> None:
     os.environ.setdefault(THREADS, "1")
     try:
         import numba.core.typing.cffi_utils  # noqa: F401
+
+        # Else the first kernel looks for extensions of Numba in every installed package.
+        sys.modules["numba.core.entrypoints"].__dict__["_already_initialized"] = True
     finally:
         if not is_set:
             del os.environ[THREADS]
         for name in hidden:
             del sys.modules[name]
+
+
+def _import_when_used(name: str) -> None:
+    """Import a module of a package at the first use of one of its attributes."""
+    if name in sys.modules:
+        return
+    stand_in = ModuleType(name)
+
+    def attribute(wanted: str) -> object:
+        if sys.modules.get(name) is stand_in:
+            del sys.modules[name]
+        return getattr(import_module(name), wanted)
+
+    stand_in.__dict__["__getattr__"] = attribute
+    sys.modules[name] = stand_in
+    package, _, short = name.rpartition(".")
+    setattr(import_module(package), short, stand_in)

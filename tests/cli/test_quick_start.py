@@ -11,11 +11,15 @@ import pytest
 PROGRAM = """
 import os, sys
 from importlib import import_module
-from dineros.cli.quick_start import THREADS, UNUSED, start_quickly
+from dineros.cli.quick_start import RARE, THREADS, UNUSED, start_quickly
 
 start_quickly()
 start_quickly()
 print(sorted({"numba", *UNUSED, "yaml"} & sys.modules.keys()), os.environ.get(THREADS))
+import pyecore.resources
+print([name for name in RARE if sys.modules[name].__spec__])
+import importlib.metadata, urllib.request
+print(len(importlib.metadata.version("numba")) > 1, urllib.request.Request.__name__)
 for name in ("scipy.linalg", "cffi", "yaml"):
     import_module(name)
 from numba import njit
@@ -42,4 +46,4 @@ def test_what_is_hidden_comes_back(
         environment["OPENBLAS_NUM_THREADS"] = threads
     command = [sys.executable, "-P", "-c", PROGRAM]
     run = subprocess.run(command, capture_output=True, text=True, check=True, cwd=tmp_path, env=environment)
-    assert (run.stdout.splitlines(), run.stderr) == ([seen, "42"], "")
+    assert (run.stdout.splitlines(), run.stderr) == ([seen, "[]", "True Request", "42"], "")
