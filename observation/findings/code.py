@@ -293,7 +293,7 @@ def _own(
             yield effect.at, found if is_certain else replace(found, severity="warning")
         elif effect.do == "cancel_goal" and effect.how.startswith("blocks"):
             words = "waits for the answer to its request to cancel a goal"
-            group = None if effect.entity is None else _common_group([effect.entity])
+            group = None if effect.entity is None else _common_group([effect.entity], node)
             if _may_be_one(node):
                 words += f", which needs the only thread, and never ends{_if_one(node)}"
             elif group is not None and group == _group(callback, node):
