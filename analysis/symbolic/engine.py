@@ -20,7 +20,7 @@ from dineros.analysis.symbolic.levels import Encoding, LocalEvent, UnknownBoundE
 from dineros.analysis.symbolic.merging import masks_of, masks_of_tests
 from dineros.analysis.symbolic.order_cache import OrderCache
 from dineros.analysis.symbolic.saturation import Diagram, DiagramMemoryError
-from dineros.analysis.symbolic.stages.staged import staged
+from dineros.analysis.symbolic.stages.staged import MOST_WORK, staged
 from dineros.analysis.symbolic.vector_sets import VectorSets
 
 #: Rounds of (work of the order search, work of saturation), in cache misses: easy nets need little search,
@@ -46,8 +46,9 @@ SHORTEST_ROUND, SHORTEST_WORK = 3, 500_000
 #: Round before which the order with wide levels at the top is run, and work of saturation for it. The race
 #: may end before this order pays.
 WIDE_ROUND, WIDE_WORK = 1, 2_000_000
-#: Round before which the state space is tried in stages, if the levels fall into components that share a few.
-STAGED_ROUND = 1
+#: Rounds before which the state space is tried in stages, if the levels fall into components that share some,
+#: and the work allowed: if they share few levels, and if they share more. Then, orders are often cheaper.
+STAGED_ROUNDS = {1: (MOST_WORK, 2_000_000), 4: (0, MOST_WORK)}
 #: Part of the memory for it: the diagram of the orders tried so far stays.
 STAGED_MEMORY = 3 / 4
 #: An order that a search did not improve gets the work of this many rounds later.
@@ -380,9 +381,9 @@ def _with_encoding(
     if between is not None:
         between(work)
     for order, limit in _attempts(search, _known_order(net, encoding, known), known is not None):
-        if order is None:
+        if not isinstance(order, list):
             budget.stage("saturation in stages")
-            in_stages, cost = staged(encoding, int(budget.memory * STAGED_MEMORY), budget.report)
+            in_stages, cost = staged(encoding, int(budget.memory * STAGED_MEMORY), budget.report, order)
             search.work += cost
             if in_stages is not None:
                 diagram, encoding = in_stages, in_stages.encoding
@@ -407,23 +408,23 @@ def _with_encoding(
 
 def _attempts(
     search: OrderSearch, known: list[int] | None, is_known: bool
-) -> Iterator[tuple[list[int] | None, int | None]]:
+) -> Iterator[tuple[list[int] | tuple[int, int], int | None]]:
     """Yield orders to run, each with its allowed work: the known order, then results of longer searches.
 
-    None instead of an order: the state space in stages. An order that is known but not of these levels is one
-    of joined levels.
+    A pair instead of an order: the state space in stages, with this allowed work. An order that is known but
+    not of these levels is one of joined levels.
     """
     if known is not None:
         yield known, KNOWN_ORDER_WORK
     elif is_known:
-        yield None, None
+        yield (MOST_WORK, MOST_WORK), None
     if search.good_effort is not None:
         yield search.order, search.good_effort
     search.race()
     last = None
     for number, (search_work, _) in enumerate(ROUNDS):
-        if number == STAGED_ROUND and not (is_known and known is None):
-            yield None, None
+        if number in STAGED_ROUNDS and not (is_known and known is None):
+            yield STAGED_ROUNDS[number], None
         if number == WIDE_ROUND and (order_by_width := search.wide_on_top) is not None:
             yield order_by_width, WIDE_WORK
         for order in search.shortest if number == SHORTEST_ROUND else ():

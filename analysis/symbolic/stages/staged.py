@@ -32,10 +32,11 @@ from dineros.analysis.symbolic.stages.joining import Joined, changes, components
 
 #: Number of components that stages pay for, at least and at most.
 FEWEST, MOST = 3, 64
-#: Levels that may be left after components were joined, as a part of all levels.
-WORTH_JOINING = 0.7
-#: Work for the first stages, and work that all stages may need by the growth from one to the next, in cache
-#: misses.
+#: Levels that may be left after components were joined, as a part of all levels: few shared variables, or as
+#: many as components.
+FEW_LEFT, SOME_LEFT = 0.5, 0.7
+#: Work for the first stages, and work that all stages may need at most by the growth from one to the next, in
+#: cache misses.
 FIRST_WORK, MOST_WORK = 300_000, 40_000_000
 #: Nodes above which garbage is collected, at least, and as a multiple of those that were left the last time.
 #: Sooner costs cached results, later costs memory and slower access to it.
@@ -45,7 +46,10 @@ KNOWN_GROWTH = 3
 
 
 def staged(
-    encoding: Encoding, memory: int, progress: ProgressCallback | None = None
+    encoding: Encoding,
+    memory: int,
+    progress: ProgressCallback | None = None,
+    allowed: tuple[int, int] = (MOST_WORK, MOST_WORK),
 ) -> tuple[Diagram | None, int]:
     """Compute the diagram of the reachable markings in stages, over joined levels.
 
@@ -57,6 +61,9 @@ def staged(
         As for `Diagram`.
     progress
         Called regularly; an exception raised in it ends the work.
+    allowed
+        Work that all stages may need, in cache misses: if few levels are left after components were joined,
+        and if more are left.
 
     Returns
     -------
@@ -67,7 +74,8 @@ def staged(
     """
     groups = components(encoding)
     several = sum(len(group) > 1 for group in groups)
-    if not FEWEST <= several <= MOST or len(groups) > WORTH_JOINING * len(encoding.levels):
+    most_work = allowed[len(groups) > FEW_LEFT * len(encoding.levels)]
+    if not FEWEST <= several <= MOST or len(groups) > SOME_LEFT * len(encoding.levels) or not most_work:
         return None, 0
     parts = joined(encoding, groups)
     if parts is None:
@@ -76,7 +84,7 @@ def staged(
     inside = set(parts.components)
     order = [level for level in start if level in inside] + [level for level in start if level not in inside]
     diagram = Diagram(parts.encoding, order, memory)
-    run = _StagedRun(diagram, _events_of_stages(parts, order), progress)
+    run = _StagedRun(diagram, _events_of_stages(parts, order), most_work, progress)
     try:
         return diagram if run.finishes() else None, diagram.effort
     except DiagramMemoryError:
@@ -101,9 +109,13 @@ def _events_of_stages(parts: Joined, order: list[int]) -> list[list[LocalEvent]]
 
 class _StagedRun:
     def __init__(
-        self, diagram: Diagram, stages: list[list[LocalEvent]], progress: ProgressCallback | None
+        self,
+        diagram: Diagram,
+        stages: list[list[LocalEvent]],
+        most_work: int,
+        progress: ProgressCallback | None,
     ) -> None:
-        self._diagram, self._progress = diagram, progress
+        self._diagram, self._most_work, self._progress = diagram, most_work, progress
         self._relations: list[Relations] = []
         for events in stages:
             tables = EventTables.of(replace(diagram.encoding, events=tuple(events)))
@@ -121,14 +133,14 @@ class _StagedRun:
             states = diagram.node(level, children)
         before = 0
         for last in range(len(self._relations)):
-            self._left = MOST_WORK if last >= KNOWN_GROWTH else FIRST_WORK
+            self._left = self._most_work if last >= KNOWN_GROWTH else min(FIRST_WORK, self._most_work)
             found = self._closed_under(states, last)
             if found is None:
                 return False
             states, work = found, diagram.effort
             if last + 1 >= KNOWN_GROWTH and before:
                 stages_left = len(self._relations) - 1 - last
-                if work * (work / before) ** stages_left > MOST_WORK:
+                if work * (work / before) ** stages_left > self._most_work:
                     return False
             before = work
         diagram.finish(states)

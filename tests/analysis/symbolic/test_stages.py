@@ -154,9 +154,10 @@ def test_garbage_between_closures_changes_nothing(monkeypatch: pytest.MonkeyPatc
     assert DiagramCounts(diagram).vectors() == explore(net).markings
 
 
-def test_too_much_work_ends_them(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(stages, "MOST_WORK", 100)
-    assert staged(encode(claims(5)), MEMORY)[0] is None
+def test_too_much_work_ends_them() -> None:
+    assert staged(encode(claims(5)), MEMORY, allowed=(100, 0))[0] is None
+    assert staged(encode(claims(5)), MEMORY, allowed=(0, 100)) == (None, 0)
+    assert staged(encode(rounds(4)), MEMORY, allowed=(100, 0)) == (None, 0)
 
 
 @pytest.mark.parametrize("net", [classic.philosophers(6), classic.round_robin_mutex(4)])
