@@ -68,7 +68,7 @@ def number_range(element: EObject, index: Index) -> Outcome:
     return next((f"{name} ({value.bit_length()} bits)" for name, value in wrong), True)
 
 
-@constraint("{it} has a {found} that no file can hold", fix="remove the control characters")
+@constraint("{it} has characters in its {found} that no file can hold", fix="remove the control characters")
 def text_is_writable(element: EObject, index: Index) -> Outcome:
     """A text holds no characters that XML 1.0 excludes."""
     return next((name for name, text in _given(element, _TEXTS) if NOT_XML.search(text)), True)

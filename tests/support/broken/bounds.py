@@ -81,7 +81,7 @@ def tokens_of_64_bits(small: Small) -> None:
 
 @CASES.breaks(
     "text-is-writable",
-    "place 'p' has a name that no file can hold",
+    "place 'p' has characters in its name that no file can hold",
     "remove the control characters",
     of=plain,
 )
