@@ -16,8 +16,11 @@ DEFAULT_MEMORY = 2 << 30
 """Default memory for decision diagrams, in bytes."""
 
 
-STRETCH = 4
-"""Times its share that a stage may take by the clock, if the machine is busy with other work."""
+STRETCH, MOST_STRETCHED = 4, 0.5
+"""Times its share that a stage may take by the clock if the machine is busy, up to this part of the time left.
+
+A larger share is one by the clock, so that the rest stays for what follows.
+"""
 
 RAN_OUT = {"time": "time ran out", "memory": "memory ran out"}
 """Reasons of unknown answers in reports, by the names that engines use."""
@@ -84,7 +87,7 @@ class Budget:
 
     The clock runs once the budget has `begun`. Stages get shares of the rest, and all of them end with the
     whole budget. A stage ends when its share has passed by the clock and on the processor, and at the latest
-    after `STRETCH` times its share by the clock.
+    after `STRETCH` times its share by the clock; see `MOST_STRETCHED`.
 
     Attributes
     ----------
@@ -169,13 +172,15 @@ class Budget:
 
     def _stage(self, seconds: float) -> Budget:
         """Return the budget of a stage with this number of seconds from now."""
-        now = time.perf_counter()
-        latest = now + STRETCH * seconds
+        now, most = time.perf_counter(), STRETCH * seconds
+        if self.deadline is not None:
+            left = self.deadline - now
+            most = min(left, max(seconds, min(most, MOST_STRETCHED * left)))
         return replace(
             self,
             started=now,
             seconds=seconds,
-            deadline=latest if self.deadline is None else min(self.deadline, latest),
+            deadline=now + most,
             share_ends=(now + seconds, processor_seconds() + seconds),
         )
 

@@ -67,6 +67,16 @@ def test_stages_have_their_share_on_a_busy_machine(
     assert last.is_over  # 5 seconds of the processor, but the whole is over
 
 
+def test_a_large_share_leaves_the_rest_on_a_busy_machine(
+    clock: list[float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(time, "process_time", lambda: clock[0] / 10)
+    whole = Budget(seconds=20).begun()
+    stage = whole.share(time=0.75)
+    clock[0] += 15
+    assert (stage.is_over, whole.left) == (True, 5)
+
+
 def test_a_stage_that_waits_ends(clock: list[float], monkeypatch: pytest.MonkeyPatch) -> None:
     """What waits takes no time of the processor; its stage is limited by the clock nevertheless."""
     monkeypatch.setattr(time, "process_time", lambda: 1.0)
