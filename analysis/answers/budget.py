@@ -17,7 +17,7 @@ DEFAULT_MEMORY = 2 << 30
 
 
 STRETCH, MOST_STRETCHED = 4, 0.5
-"""Times its share that a stage may take by the clock if the machine is busy, up to this part of the time left.
+"""Times its share that a stage may take by the clock on a busy machine, up to this part of the time left.
 
 A larger share is one by the clock, so that the rest stays for what follows.
 """
