@@ -267,6 +267,9 @@ class Latencies:
         if len(paths) > 1:
             several = f"data takes {len(paths)} ways"
             return replace(found, reasons=dict.fromkeys(_OF_CHAINS, several))
+        if starving := next((page for page in paths[0].callbacks if self.starves(page)), None):
+            # Then no further output comes, so nothing bounds either.
+            return replace(found, reasons=dict.fromkeys(_OF_CHAINS, _starved(starving)))
         longest = {asks: self._longest(paths[0], asks) for asks in _OF_CHAINS}
         reasons = {str(asks): reason for asks, (_, reason) in longest.items() if reason}
         return replace(found, reaction=longest["reaction"][0], age=longest["age"][0], reasons=reasons)
@@ -341,7 +344,7 @@ class Latencies:
         """Yield the timers of a path that can wait without end; messages that wait are displaced in time."""
         for page in path.callbacks:
             if page.kind == sym.CallbackKind.timer and self.starves(page):
-                yield f"callback {label(page)} can starve, because others run first"
+                yield _starved(page)
 
     def _measured(self, paths: list[Path]) -> Latency:
         if self.reason:
@@ -373,6 +376,10 @@ class Latencies:
             reason,
             sum(each.states for each, _ in found),
         )
+
+
+def _starved(page: sym.CallbackPage) -> str:
+    return f"callback {label(page)} can starve, because others run first"
 
 
 def _is_mixed(page: sym.CallbackPage) -> bool:

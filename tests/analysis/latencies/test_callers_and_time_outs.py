@@ -37,7 +37,8 @@ def drawn(seed: int) -> System:
     server = {"name": "s", "service": "look", "depth": 10, "script": [["work", *span(3, 2)]]}
     callbacks = [{**server, **place(*any_group)}]
     for number in range(random.choice([1, 1, 2])):
-        call = ["call", "look", random.choice(["answers", "answers", "reentrant", "default"])]
+        answers = random.choice(["answers", "answers", "reentrant", "default"])
+        call: list[object] = ["call", "look", answers]
         call += [random.randint(3, 7)] if random.random() < 0.65 else []
         script = [["work", *span(1, 1)], call, ["work", *span(1, 1)], ["publish", f"t{number}"]]
         timer = {"period": random.randint(5, 13), "offset": random.choice([0, 0, 2])}
@@ -53,11 +54,10 @@ def drawn(seed: int) -> System:
 
 def require_span(found: Latency, span: tuple[int, int]) -> None:
     """Require that exact times are those of the program, and safe ones are no narrower."""
-    least, greatest = (
-        None if bound is None else bound.value * 100 for bound in (found.least, found.greatest)
-    )
+    least = None if found.least is None else found.least.value * 100
+    greatest = None if found.greatest is None else found.greatest.value * 100
     if found.is_exact:
-        assert (least, greatest) == span
+        assert least == span[0] and greatest == span[1]
     else:
         assert least is None or least <= span[0]
         assert greatest is None or greatest >= span[1]

@@ -100,7 +100,7 @@ def require_times(found: Latency, wanted: Ages, bound: Latency) -> tuple[bool, b
 def between(system: System, first: str, last: str) -> tuple[Latency, Latency]:
     model = model_of(system, 0.01)
     ends = end_of(model, first), end_of(model, last)
-    return Latencies(model, Budget(seconds=20)).between(*ends), Bounds(model).between(*ends)
+    return Latencies(model, Budget(seconds=60)).between(*ends), Bounds(model).between(*ends)
 
 
 @pytest.mark.long

@@ -193,8 +193,8 @@ class Waiters:
                 yield _running(left, _Run(timer["name"], 0, 0, state.due[number]))
         for number, reader in enumerate(self.readers):
             if state.queues[number] and self._is_free(state, reader["node"], reader["group"]):
-                age, *rest = state.queues[number]
-                left = state._replace(queues=_with(state.queues, number, tuple(rest)))
+                age = state.queues[number][0]
+                left = state._replace(queues=_with(state.queues, number, state.queues[number][1:]))
                 yield _running(left, _Run(reader["name"], 0, 0, age))
         for number, server in enumerate(self.servers):
             if state.asked[number] and self._is_free(state, server["node"], server["group"]):
