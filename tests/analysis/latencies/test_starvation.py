@@ -9,11 +9,12 @@ from hypothesis import event, given, settings
 from hypothesis import strategies as st
 
 from dineros.analysis.answers.budget import Budget
-from dineros.analysis.latencies.answers import Latencies
+from dineros.analysis.latencies.answers import Latencies, end_of
 from dineros.analysis.latencies.paths import callback_pages
 from dineros.analysis.timed.linear_time import verify_timed_ltl
 from dineros.metamodel import sym
 from dineros.metamodel.elements import find
+from tests.support.timed_systems.counted import COUNTED
 from tests.support.timed_systems.models import model_of
 
 Row = tuple[int, int, str]
@@ -113,3 +114,27 @@ def test_the_answer_is_that_of_temporal_logic(system: dict[str, Any]) -> None:
         starves = latencies.starves(page)
         assert answer.status == ("violated" if starves else "holds"), page.id
         event(f"starves: {starves}")
+
+
+def test_a_chain_whose_callback_can_starve_has_no_reaction_time_and_no_data_age() -> None:
+    """No search looks for what nothing bounds."""
+    work = {"node": "n", "group": "default"}
+    publishes = [["work", 1, 3], ["publish", "t"]]
+    callbacks = [
+        {"name": "tick", "period": 6, "offset": 0, "script": publishes, **work},
+        {"name": "first", "topic": "t", "depth": 1, "script": [["work", 1, 3]], **work},
+        {"name": "second", "topic": "t", "depth": 1, "script": [["work", 3, 4]], **work},
+    ]
+    nodes = {"n": {"threads": 1}}
+    model = model_of({"nodes": nodes, "latency": {"t": (0, 1)}, "chains": [], "callbacks": callbacks})
+    found = Latencies(model, Budget(seconds=100)).between(end_of(model, "tick"), end_of(model, "first"))
+    assert found.greatest is not None and found.greatest.value == 29 and found.is_lost
+    why = "callback first can starve, because others run first"
+    assert found.reasons == {"reaction": why, "age": why}
+
+
+def test_a_chain_through_a_managed_node_names_it_even_if_the_search_does_not_end() -> None:
+    model = model_of(COUNTED[11].system)
+    find(model, "b", sym.NodeNet).lifecycle = sym.Lifecycle()
+    found = Latencies(model, Budget(states=50)).between(end_of(model, "sense"), end_of(model, "act"))
+    assert found.reason == "node b of topic scan is managed, and nothing says when it is active"
