@@ -37,6 +37,7 @@ from dineros.sources.cpp.values import (
     shown,
 )
 from dineros.sources.cpp.waiting import BEGAN, Waiting, is_lost
+from dineros.sources.facts import MESSAGE
 
 if TYPE_CHECKING:
     from tree_sitter import Node
@@ -194,6 +195,8 @@ class Ros(Ports):
             return Const(None)
         if last in ("thread", "jthread", "async") and args:
             return self._started(call)
+        if last == "wait_for_message" and len(args) > 2:
+            return self._wait_for_message(call)
         if last == "NodeThread" and args:
             return self._spin_in_thread(call)
         if self.waiting.is_guard(call) and args:
@@ -235,6 +238,17 @@ class Ros(Ports):
         what = str(seconds) if seconds is not None else shown(value)
         self.machine.does("sleep", what, call.node, call.frame, how, timeout=seconds)
         return Const(None)
+
+    def _wait_for_message(self, call: Call) -> Value:
+        """Wait for the next message of a topic, which a subscription of its own receives."""
+        seconds = constant(call.args[3]) if len(call.args) > 3 else None
+        how = "without time-out" if len(call.args) < 4 else "time-out that is open"
+        how = how if seconds is None else f"time-out {seconds} s"
+        if self.machine.role not in ("main", "constructor"):
+            what = f"{MESSAGE} {shown(call.args[2])}"
+            self.machine.does("wait", what, call.node, call.frame, f"blocks, {how}", timeout=seconds)
+        self.machine.forget(call)
+        return Open("whether there was a message")
 
     def _spin_in_thread(self, call: Call) -> Value:
         """Spin a node or an executor in a thread of its own, as ``NodeThread`` of `nav2_util` does."""

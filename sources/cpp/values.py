@@ -92,11 +92,15 @@ class Made(Value):
 
 @dataclass(eq=False)
 class Items(Value):
-    """A list of values; `is_open`: there may be others. `kind`: the class of its items, if it is known."""
+    """A list of values; `is_open`: there may be others. `kind`: the class of its items, if it is known.
+
+    `of`: the name of their type.
+    """
 
     values: list[Value] = field(default_factory=list)
     is_open: bool = False
     kind: ClassInfo | None = None
+    of: str = ""
 
 
 @dataclass(eq=False)

@@ -163,7 +163,8 @@ class Calls(Routines):
         inner = self.templated(kind, frame)
         if inner and made.kind is None:
             number = 1 if self.type_text(kind, frame).endswith("map") and len(inner) > 1 else 0
-            made.kind = self.class_of(self.type_text(inner[number], frame), frame)
+            made.of = self.type_text(inner[number], frame)
+            made.kind = self.class_of(made.of, frame)
         return made
 
     def _call_expression(self, node: Node, frame: Frame) -> Value:

@@ -5,10 +5,12 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from typing import TYPE_CHECKING
 
 from dineros.sources.branches import Anything, Branch, Loop, Turns
 from dineros.sources.cpp.declarators import name_of
+from dineros.sources.cpp.following.expressions import named
 from dineros.sources.cpp.following.fields import Fields
 from dineros.sources.cpp.following.polling import CANCELED, POLLED, polled_member
 from dineros.sources.cpp.parsing import path_of, text_of
@@ -19,6 +21,7 @@ if TYPE_CHECKING:
     from tree_sitter import Node
 
 _ASKS = re.compile(r"\bok\s*\(|wait_for|wait_until|future_status|FutureReturnCode")
+_GETTER = re.compile(r"(!?)\s*(?:this->)?(\w+)\(\)")
 _NUMBERED = re.compile(r'<<\s*"([A-Za-z]\w*)"\s*<<\s*\w+\+\+\s*;')
 """The name of a numbered parameter."""
 _MOST_TURNS = 100
@@ -107,13 +110,25 @@ class Loops(Fields):
 
     def _polls(self, loop: Node, frame: Frame) -> None:
         """Record that a loop waits until a member changes."""
-        polled = polled_member(loop)
+        polled = polled_member(loop, partial(self._meaning, frame))
         is_thread = self.fact.kind in ("thread", "event", *STARTING)
         if polled is None or is_thread:
             return
-        if polled.name == CANCELED or self._is_member(polled.name, frame):
+        if polled.name == CANCELED or self._is_member(polled.holder, frame):
             self.does("wait", polled.name, loop, frame, POLLED)
             self.polled.setdefault(polled.name, set()).add(polled)
+
+    def _meaning(self, frame: Frame, test: str) -> str:
+        """Return a test with what a method of this object returns, if it does nothing else."""
+        found, this = _GETTER.fullmatch(test), frame.this
+        if found is None or this is None or this.cls is None:
+            return test
+        for each in self.methods(this.cls, found[2]):
+            inner = named(each.body)
+            is_plain = all(one.type == "declaration" and "lock" in text_of(one) for one in inner[:-1])
+            if inner and inner[-1].type == "return_statement" and is_plain:
+                return found[1] + text_of(inner[-1]).removeprefix("return").strip(" ;")
+        return test
 
     def add_setters(self) -> None:
         """Give each callback that may end the wait of another one's loop an effect that says so.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -26,7 +27,7 @@ What adds items makes it true, and what removes items may make it false.
 """
 
 _MEMBER = re.compile(
-    r"(!?)\s*\(*(?:this->)?(\w+)(\.(?:load|empty|has_value)\(\)|\.size\(\))?\s*"
+    r"(!?)\s*\(*(?:this->)?((?:\w+(?:\.|->))*\w+)(\.(?:load|empty|has_value)\(\)|\.size\(\))?\s*"
     r"(?:(==|!=|<=?|>=?)\s*((?:\w+::)*\w+))?\)*"
 )
 CANCELED = "a request to cancel the goal"
@@ -50,6 +51,8 @@ class Polled:
 
     Attributes
     ----------
+    holder : str
+        The first name of the expression: the member, or one that has it.
     name : str
         The member.
     value : str
@@ -58,6 +61,7 @@ class Polled:
         Whether the loop ends when it is equal.
     """
 
+    holder: str
     name: str
     value: str = ""
     is_equal: bool = True
@@ -73,12 +77,15 @@ class Polled:
 def value_in_words(value: Value | None) -> str:
     """Return a value that members are compared with: ``true``, ``false``, an enumerator; empty: another."""
     if isinstance(value, Const) and not isinstance(value.value, str):
-        return "true" if value.value else "false"
+        is_negative = isinstance(value.value, (int, float)) and value.value < 0
+        return "" if is_negative else "true" if value.value else "false"
     return value.path if isinstance(value, Made) and not value.args and "::" in value.path else ""
 
 
-def polled_member(loop: Node) -> Polled | None:
+def polled_member(loop: Node, meaning: Callable[[str], str]) -> Polled | None:
     """Return the member that a loop waits for; None: it may do something else, or end otherwise.
+
+    `meaning` returns what a test means: of a method that only returns a member, that member.
 
     Each part of its condition is a test of this member, or asks whether the program shall end. Its body only
     sleeps, writes into the log, and ends the loop by such tests.
@@ -89,7 +96,7 @@ def polled_member(loop: Node) -> Polled | None:
     if asked.startswith("("):
         asked = asked.removeprefix("(").removesuffix(")")
     parts = [each.strip() for each in asked.split("&&")]
-    found = [_tested(each) for each in parts if not _OK.fullmatch(each)]
+    found = [_tested(meaning(each)) for each in parts if not _OK.fullmatch(each)]
     todo, other = [body], False
     while todo:
         each = todo.pop()
@@ -100,7 +107,7 @@ def polled_member(loop: Node) -> Polled | None:
         if each.type == "if_statement" and _ends(each):
             condition = text_of(each.child_by_field_name("condition"))[1:-1].strip()
             if not _NOT_OK.fullmatch(condition):
-                found.append(_tested(condition, negated=True))
+                found.append(_tested(meaning(condition), negated=True))
             continue
         if each.type == "call_expression":
             name = path_of(each.child_by_field_name("function")).rpartition("::")[2]
@@ -124,15 +131,20 @@ def _tested(asked: str, *, negated: bool = False) -> Polled | None:
     """Return the member that the condition of a loop tests; if negated, of ending the loop."""
     found = _CANCELED.fullmatch(asked)
     if found is not None:
-        return Polled(CANCELED, "false", (found[1] != "!") != negated)
+        return Polled(CANCELED, CANCELED, "false", (found[1] != "!") != negated)
     found = _MEMBER.fullmatch(asked)
     if found is None:
         return None
     mark, name, method, sign, value = found.groups()
     is_equal = (sign == "==") == (mark == "!") if sign else mark != "!"
-    value = "false" if not sign or value in _FALSE else value
+    number = int(value) if sign and value.isdigit() else None
+    if sign in ("<", "<=", ">", ">=") and number is not None:
+        is_equal, value = sign.startswith(">"), "false" if number <= 1 or sign.startswith("<") else ""
+    elif number is not None and number > 0:
+        value = ""
+    else:
+        value = "false" if not sign or value in _FALSE else value
     if method == ".empty()":
         is_equal = not is_equal
-    if (sign and sign not in ("==", "!=")) or (method == ".size()" and sign) or (value.isdigit()):
-        value = ""
-    return Polled(name, value, is_equal != negated)
+    parts = re.split(r"\.|->", name)
+    return Polled(parts[0], parts[-1], value, is_equal != negated)

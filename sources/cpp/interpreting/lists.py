@@ -36,6 +36,9 @@ def items(machine: Statements, call: Call, on: Items) -> Value:
 def _item(machine: Statements, call: Call, on: Items) -> Value:
     """Return the value that a list stores: a given object, or one constructed from the arguments."""
     args, cls = call.args, on.kind
+    if on.of.endswith("thread") and call.last.startswith("emplace") and args:
+        made = machine.library.call(Call(call.node, call.frame, on.of, args))
+        return made if made is not None else Open("a thread")
     if cls is not None and args and isinstance(args[-1], Items):  # an object in braces
         return machine.construct(cls, args[-1].values, [], call.node, call.frame)
     if cls is not None and call.last.startswith("emplace"):

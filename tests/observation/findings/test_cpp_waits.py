@@ -20,6 +20,7 @@ using std_msgs::msg::String;
 using std_srvs::srv::Trigger;
 using Goal = rclcpp_action::ServerGoalHandle<Fibonacci>;
 struct Device { std::string name; rclcpp::Client<Trigger>::SharedPtr client; };
+struct Shared { bool done = false; };
 class Robot : public rclcpp::Node {
  public:
   Robot() : Node("robot") {
@@ -47,6 +48,10 @@ class Robot : public rclcpp::Node {
   std::once_flag once_;
   std::atomic<bool> done_{false};
   State state_ = State::IDLE;
+  Shared shared_;
+  std::mutex mutex_;
+  int left_ = 0;
+  bool is_done() { std::lock_guard<std::mutex> lock(mutex_); return done_; }
 };
 int main(int argc, char ** argv) {
   rclcpp::init(argc, argv);
@@ -99,6 +104,9 @@ RESETS = f"done_ = false; while (rclcpp::ok() && !done_) {{ {SLEEPS} }}"
             "state_ = State::DONE;",
             f"state_ = State::BUSY; while (state_ != State::DONE) {{ if (!rclcpp::ok()) return; {SLEEPS} }}",
         ),
+        ("shared_.done = true;", f"shared_.done = false; while (!shared_.done) {{ {SLEEPS} }}"),
+        ("--left_;", f"left_ = 3; while (left_ > 0) {{ {SLEEPS} }}"),
+        ("done_ = true;", f"done_ = false; while (!is_done()) {{ {SLEEPS} }}"),
     ],
 )
 def test_loops_wait_for_members_that_they_have_reset(
@@ -152,6 +160,7 @@ def test_callbacks_of_responses_set_what_is_waited_for(tmp_path: Path, tick: str
         ("std::thread worker([this]() { ask(); }); worker.join();", True),
         ("std::thread worker([this]() { ask(); }); worker.detach();", False),
         ("std::jthread worker([this]() { ask(); });", True),
+        ("std::vector<std::thread> all; all.emplace_back([this]() { ask(); }); all.back().join();", True),
         ("std::call_once(once_, [this]() { ask(); });", True),
         ("std::for_each(devices_.begin(), devices_.end(), [this](auto &) { ask(); });", True),
     ],
@@ -205,6 +214,13 @@ def test_work_on_a_goal_that_only_a_cancellation_ends(tmp_path: Path, starts: st
 def test_objects_in_braces_have_their_members(tmp_path: Path) -> None:
     tick = "for (auto & each : devices_) { each.client->async_send_request(request()).get(); }"
     assert calls(written(tmp_path, tick, more='devices_.push_back({"laser", client_});'))
+
+
+@pytest.mark.parametrize(("limit", "is_found"), [("", True), (", 500ms", False)])
+def test_the_next_message_of_a_topic_may_never_come(tmp_path: Path, limit: str, is_found: bool) -> None:
+    tick = f'String out; rclcpp::wait_for_message<String>(out, shared_from_this(), "image"{limit});'
+    found = code_findings([(".", read_source(written(tmp_path, tick)))])
+    assert any("for a message of image: forever" in each.message for each in found) == is_found
 
 
 GLOBALS = """
