@@ -316,7 +316,10 @@ class Ros(Ports):
             self.maker.callback(machine.entity, "execute", "execute", target, owner).is_apart = True
         elif machine.role != "execute":
             holder = machine.entity_of("threads", "thread", call.node, call.frame, Obj(None))
-            self.maker.callback(holder, "callback", "thread", target, owner)
+            fact = self.maker.callback(holder, "callback", "thread", target, owner)
+            thread = Made("std::thread", [target])
+            self.waiting.threads[id(thread)] = thread, fact
+            return thread
         return Made("std::thread", [target])
 
     def read_callback(self, target: Value, kind: str, node: Node, frame: Frame) -> None:

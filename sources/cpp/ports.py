@@ -9,7 +9,7 @@ from dineros.sources.cpp.making import Maker
 from dineros.sources.cpp.parsing import on_text, text_of
 from dineros.sources.cpp.quality import PRESETS
 from dineros.sources.cpp.values import Const, Made, Obj, Open, Port, Value, constant, options
-from dineros.sources.cpp.waiting import is_repeated_until_true
+from dineros.sources.cpp.waiting import SPUN, is_repeated_until_true
 from dineros.sources.facts import CallbackFact, Effect, is_open
 
 SELF = {
@@ -191,6 +191,8 @@ class Ports:
         bound = f"time-out {seconds} s" if seconds is not None else "without time-out"
         bound = "time-out that is open" if rest and seconds is None else bound
         futures = [each for each in options(future) if isinstance(each, Made)]
+        for each in futures:
+            each.fields[SPUN] = Const(True)
         found = [each.effect for each in futures if each.effect is not None]
         loops = max((constant(each.fields.get("loops")) or 0 for each in futures), default=0)
         if seconds is not None and found and self.machine.loops > loops:  # it waits repeatedly

@@ -10,7 +10,7 @@ from dineros.sources.cpp.following.calls import Call
 from dineros.sources.cpp.following.statements import Statements
 from dineros.sources.cpp.parsing import on_text, text_of
 from dineros.sources.cpp.values import Const, Items, Lambda, Made, Method, Open, Value, constant, part
-from dineros.sources.facts import HELD
+from dineros.sources.facts import HELD, CallbackFact
 
 if TYPE_CHECKING:
     from tree_sitter import Node
@@ -28,6 +28,8 @@ _LEAVES = ("break_statement", "return_statement", "throw_statement", "goto_state
 _EXITS = ("exit(", "std::exit(", "abort(", "std::abort(")
 BEGAN = "began"
 """Member of a thread: the id of the callback that has started it; 0: it has waited for its end."""
+SPUN = "spun"
+"""Member of a promise: something has waited for it, so that it is set when it is waited for again."""
 _LONGEST = 60
 """Limit of the characters of an expression that names a lock."""
 
@@ -44,6 +46,8 @@ class Waiting:
     def __init__(self, machine: Statements) -> None:
         self.machine = machine
         self._labels: dict[int, tuple[Value, str]] = {}
+        self.threads: dict[int, tuple[Made, CallbackFact]] = {}
+        """Threads that callbacks have started, with what they do, by id."""
 
     def forget(self) -> None:
         """Forget the names of locks and signals: code that is read again creates them again."""
@@ -102,6 +106,10 @@ class Waiting:
             bound = f"time-out {seconds} s" if seconds is not None else "time-out that is open"
         if seconds == 0:
             return Open("a wait")
+        if SPUN in on.fields:
+            return Open("a result")
+        if kind == "promise" and bound != "without time-out":
+            on.fields[SPUN] = Const(True)
         words = "condition variable" if is_variable else kind
         held = list(self.machine.holding)
         if is_variable and held:
@@ -120,6 +128,10 @@ class Waiting:
             return Open("a result")
         if began == Const(id(machine.fact)) and isinstance(thread.args[0], (Lambda, Method)):
             thread.fields[BEGAN] = Const(0)
+            _, fact = self.threads.get(id(thread), (thread, None))
+            machine.todo = [each for each in machine.todo if each.fact is not fact]
+            for node in machine.nodes:  # what the thread does is done here, and at no other time
+                node.callbacks = [each for each in node.callbacks if each is not fact]
             return machine.invoke(thread.args[0], [], call.node, call.frame)
         what = f"the thread {on_text(call.node)}"
         machine.does("wait", what, call.node, call.frame, "blocks, without time-out")

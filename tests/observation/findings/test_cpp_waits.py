@@ -150,6 +150,31 @@ def test_callbacks_of_responses_set_what_is_waited_for(tmp_path: Path, tick: str
     assert waits(written(tmp_path, tick, group=group)) == (group == "nullptr")
 
 
+def test_a_future_that_an_executor_has_spun_for_is_ready(tmp_path: Path) -> None:
+    """As map_saver of nav2: a callback makes a subscription, and an executor that runs only this."""
+    tick = """std::promise<void> done; auto future = done.get_future();
+      auto group = create_callback_group(rclcpp::CallbackGroupType::MutuallyExclusive, false);
+      rclcpp::SubscriptionOptions options; options.callback_group = group;
+      auto sub = create_subscription<String>("map", 1, [&done](String::SharedPtr) { done.set_value(); },
+        options);
+      rclcpp::executors::SingleThreadedExecutor executor;
+      executor.add_callback_group(group, get_node_base_interface());
+      auto status = executor.spin_until_future_complete(future, limit_);
+      if (status != rclcpp::FutureReturnCode::SUCCESS) { return; }
+      future.get();"""
+    assert not waits(written(tmp_path, tick, SINGLE))
+
+
+def test_a_promise_that_was_asked_with_a_time_out_is_set(tmp_path: Path) -> None:
+    """The first wait is in vain, and only a warning: the second one is reached only if it was not."""
+    tick = """std::promise<void> done; auto future = done.get_future();
+      client_->async_send_request(std::make_shared<Trigger::Request>(),
+        [&done](rclcpp::Client<Trigger>::SharedFuture) { done.set_value(); });
+      if (future.wait_for(2s) == std::future_status::ready) { future.get(); }"""
+    found = code_findings([(".", read_source(written(tmp_path, tick)))])
+    assert [(each.severity, each.rule) for each in found] == [("warning", "code-waits-for-itself")]
+
+
 @pytest.mark.parametrize(
     ("tick", "hangs"),
     [
@@ -168,6 +193,13 @@ def test_callbacks_of_responses_set_what_is_waited_for(tmp_path: Path, tick: str
 def test_callbacks_wait_for_the_end_of_what_they_start(tmp_path: Path, tick: str, hangs: bool) -> None:
     """The destructor of the future of ``std::async``, and of ``std::jthread``, waits."""
     assert calls(written(tmp_path, tick)) == hangs
+
+
+def test_a_thread_that_is_waited_for_does_nothing_at_another_time(tmp_path: Path) -> None:
+    """Its requests at any time made the response get lost for which the callback waits."""
+    tick = "auto job = std::async([this]() { ask(); }); job.get();"
+    (node,) = read_source(written(tmp_path, tick)).nodes
+    assert "thread" not in {each.kind for each in node.callbacks}
 
 
 @pytest.mark.long
