@@ -28,6 +28,8 @@ _PACKED = {
     b"7z\xbc\xaf\x27\x1c": "7-Zip",
 }
 """Programs that pack files, by the first bytes of what they write."""
+FEW_OBJECTS = 100_000
+"""New objects that the garbage collector looks through in about 10 ms."""
 
 
 def open_plain(
@@ -168,8 +170,9 @@ def collector_paused() -> Iterator[None]:
         yield
     finally:
         if running:
-            if not gc.get_freeze_count():
-                # Old from now on: the next look at young objects would go through all that was made.
+            # Old from now on: the next look at young objects would go through all that was made. For few
+            # objects, counting what the caller has frozen takes longer than that: it walks through all of it.
+            if gc.get_count()[0] > FEW_OBJECTS and not gc.get_freeze_count():
                 gc.freeze()
                 gc.unfreeze()
             gc.enable()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import bz2
+import gc
 import gzip
 import lzma
 import os
@@ -13,7 +14,14 @@ from backports import zstd
 
 from dineros.metamodel.errors import ModelFileError
 from dineros.metamodel.files import load
-from dineros.metamodel.files.reading import open_plain, read_bytes, read_pieces, read_text
+from dineros.metamodel.files.reading import (
+    FEW_OBJECTS,
+    collector_paused,
+    open_plain,
+    read_bytes,
+    read_pieces,
+    read_text,
+)
 
 
 @pytest.mark.parametrize(
@@ -89,3 +97,14 @@ def test_what_is_no_plain_file_is_not_emptied(tmp_path: Path) -> None:
 def test_large_files_come_in_pieces(tmp_path: Path) -> None:
     (tmp_path / "a").write_bytes(b"0123456789")
     assert list(read_pieces(tmp_path / "a", 3, size=4)) == [b"3456", b"789"]
+
+
+def test_frozen_objects_are_counted_only_after_many_new_ones(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Counting walks through all that the caller has frozen: a million objects take 20 ms or more."""
+    counted = []
+    monkeypatch.setattr(gc, "get_freeze_count", lambda: counted.append(1) or 1)
+    gc.collect()
+    for size, times in ((1000, 0), (2 * FEW_OBJECTS, 1)):
+        with collector_paused():
+            made: list[list[int]] = [[] for _ in range(size)]
+        assert (len(made), gc.isenabled(), len(counted)) == (size, True, times)
