@@ -21,7 +21,7 @@ ifeq ($(origin PYTHON),command line)
 .PHONY: $(stamp)
 endif
 export PYTHON
-# Hundreds of short processes are started here: none shall compile all modules anew.
+# Hundreds of short processes are started here: none of them compiles all modules again.
 unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: help
@@ -45,7 +45,7 @@ demo: install ## Run the case study
 .PHONY: lint
 lint: install ## Run every check but the tests
 	@echo "Lint (ruff check)" && $(python) -m ruff check --quiet $(checked)
-	@echo "Format (ruff format --check)" && $(python) -m ruff format --quiet --check $(checked) || { echo "make format mends this"; exit 1; }
+	@echo "Format (ruff format --check)" && $(python) -m ruff format --quiet --check $(checked) || { echo "make format fixes this"; exit 1; }
 	@echo "Browser code (biome check, tsc --strict)" && tools/check-browser
 	@echo "Types (mypy --strict)" && $(python) tools/typecheck.py --no-error-summary
 	@echo "Generated code (dineros.metamodel.generate --check)" && $(python) -m dineros.metamodel.generate --check
@@ -63,12 +63,12 @@ thorough: $(first) ## Run lint, then all tests
 	@echo "Tests (pytest)" && $(python) -m pytest -n 3 $(PYTEST_ARGS)
 
 .PHONY: regenerate
-regenerate: $(stamp) ## Generate the typed API from the .ecore files, and the case study's workspace anew
+regenerate: $(stamp) ## Generate the typed API from the .ecore files, and the case study's workspace again
 	@$(python) -m dineros.metamodel.generate
 	@$(python) case_study/generate.py --anew
 
 .PHONY: format
-format: install ## Format the code, mend what ruff can
+format: install ## Format the code, fix what ruff can
 	@$(python) -m ruff check --fix $(checked)
 	@$(python) -m ruff format $(checked)
 	@tools/check-browser --write
@@ -94,7 +94,7 @@ $(maintenance)/.installed: requirements/maintenance.txt
 	@touch $@
 
 .PHONY: lock
-lock: install $(maintenance)/.installed ## Write requirements/ anew; UPGRADE=yes takes newer versions
+lock: install $(maintenance)/.installed ## Write requirements/ again; UPGRADE=yes takes newer versions
 	@$(python) tools/lock.py $(maintenance)/bin/uv $(if $(UPGRADE),--upgrade)
 
 .PHONY: audit

@@ -1,4 +1,4 @@
-"""What processes take, as Linux tells it (proc(5)): time of the processor and memory."""
+"""What processes take, as Linux reports it (proc(5)): time of the processor and memory."""
 
 from __future__ import annotations
 

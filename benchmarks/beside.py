@@ -1,4 +1,4 @@
-"""Another checkout beside this one: rows of `benchmarks.analysis.state_spaces`, each by turns on both sides.
+"""Another checkout next to this one: rows of `benchmarks.analysis.state_spaces`, each by turns on both sides.
 
 Machines are shared and noisy: two tables made one after the other say little about a few percent. Here a row
 is measured on one side, then on the other, again and again, each time in a new process forked from one that

@@ -1,4 +1,4 @@
-"""Our engines beside Storm's, on the same nets in one run: seconds for markings and arcs, as Markdown.
+"""Our engines and Storm's, on the same nets in one run: seconds for markings and arcs, as Markdown.
 
 Storm (C++) counts the states of a net in two ways: with binary decision diagrams, and by storing state by
 state. A net becomes a stochastic one with rate 1 for every transition, whose states are the markings, with

@@ -1,7 +1,7 @@
 """The case study as a system model: two arms sort coloured objects in a shared space (paper, Sect. 4 and 6).
 
 ``python case_study/build.py`` writes `sorting.sym.xmi`, `sorting.pnml` and its variant `one_topic.sym.xmi`
-beside this file. The numbers in the comments are the parts of the paper's Fig. 14. The model has the paper's
+next to this file. The numbers in the comments are the parts of the paper's Fig. 14. The model has the paper's
 rules for queues. On ROS 2 its nodes run by the rules of `ros2`: check it with ``--middleware ros2`` as well.
 """
 

@@ -1,6 +1,6 @@
 """The case study where data decides: what the sensor sees, and whether an arm has picked and placed.
 
-``python -m case_study.guarded`` writes `guarded.sym.xmi` beside this file. The model differs from
+``python -m case_study.guarded`` writes `guarded.sym.xmi` next to this file. The model differs from
 `build.py` in three nodes. The executor has one place `Scene` for what the sensor saw, and moves an arm only
 while `humanDetected` is false. Picking and placing answer whether they succeeded; a controller places only
 what was picked, and the user interface counts what was sorted and what was not.
@@ -17,7 +17,7 @@ from dineros.metamodel.files import save
 
 
 def executor(model: sym.SystemModel) -> tuple[dict[str, sym.ServerPort], sym.Place, sym.Place]:
-    """Picking and placing under one place that tells what the sensor saw last."""
+    """Picking and placing under one place that holds what the sensor saw last."""
     signals = ("RobotIsIdle", "RobotHasFinished", "ObjectIsPicked", "ObjectIsPlaced", "Danger")
     net = node_net(model, "executor", signals, package="sorting_executor")
     safety = pn.Page(id="Safety", name="Safety", page=net)

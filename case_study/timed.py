@@ -1,8 +1,8 @@
 """The case study with times, which bound how soon the arms stop for a human.
 
-``python -m case_study.timed`` writes `timed.sym.xmi` beside this file. The model is that of `build.py` by the
-rules of ROS 2, with a sensor that always has data. Its times are those of the workspace's
-handlers and of messages on one machine. They are in a model of their own: the figures of `sorting.sym.xmi`
+``python -m case_study.timed`` writes `timed.sym.xmi` next to this file. The model is that of `build.py` by
+the rules of ROS 2, with a sensor that always has data. Its times are those of the workspace's handlers and
+of messages on one machine. They are in a model of their own: the figures of `sorting.sym.xmi`
 are those of the paper, which has no times and the queues of ROS 1.
 """
 

@@ -29,7 +29,7 @@ def load(path: Path, settings: Sequence[str] = ()) -> pn.Net:
     Parameters
     ----------
     path : Path
-        A model file, whose suffix tells the format, or a generated workspace, which holds its system model.
+        A model file, whose suffix gives the format, or a generated workspace, which holds its system model.
     settings : sequence of str
         Values of `--set`.
 
@@ -159,7 +159,7 @@ def refuse_invalid(model: pn.Net, path: Path) -> None:
         raise DinerosError(
             f"is not valid: {errors[0].message}{others}",
             location=errors[0].location or Location(path),
-            hint=f"`dineros validate {shlex.quote(str(path))}` says how to mend it",
+            hint=f"`dineros validate {shlex.quote(str(path))}` says how to fix it",
         )
 
 

@@ -23,7 +23,7 @@ MOTION = 0.5
 
 
 class Arm:
-    """A robot arm that succeeds, some time after it was told to move."""
+    """A robot arm that succeeds, some time after its command to move."""
 
     def __init__(self, executor: Net) -> None:
         for operation, done in (("Pick", "ObjectIsPicked"), ("Place", "ObjectIsPlaced")):

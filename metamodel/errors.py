@@ -24,7 +24,7 @@ SHOWN = 2000
 
 
 def without_middle(line: str) -> str:
-    """Leave out the middle of a long line: where it is wrong stands first, what would mend it last."""
+    """Leave out the middle of a long line: where it is wrong stands first, what would fix it last."""
     return line if len(line) <= SHOWN else f"{line[: SHOWN // 2]} ... {line[-SHOWN // 2 :]}"
 
 
@@ -67,7 +67,7 @@ class DinerosError(Exception):
     element : str, optional
         Id of the model element concerned.
     hint : str, optional
-        What would mend it.
+        What would fix it.
     """
 
     def __init__(

@@ -43,7 +43,7 @@ class Mismatch:
     reason : str
         What is offered and what is requested.
     settings : tuple of str
-        Settings of which each one mends it: first that of the publisher.
+        Settings of which each one fixes it: first that of the publisher.
     """
 
     reason: str

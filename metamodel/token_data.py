@@ -213,7 +213,7 @@ def read_json(text: str) -> object:
     Raises
     ------
     FeatureValueError
-        The text is no such JSON.
+        The text is not such JSON.
     """
     try:
         return json.loads(text, parse_constant=_no_constant, object_pairs_hook=distinct)

@@ -202,7 +202,7 @@ class ObservedSystem:
     watched : Watched or None
         The observation of a running graph.
     is_partial : bool
-        Whether there may be other nodes, as beside those of a package.
+        Whether there may be other nodes, in addition to those of a package.
     """
 
     source: str

@@ -44,7 +44,7 @@ def main(program: str, *locks: str) -> int:
     holes = [(package, hole) for package in found for hole in package.get("vulns", [])]
     for package, hole in holes:
         mended = ", ".join(hole["fix_versions"]) or "no release"
-        print(f"{package['name']} {package['version']}: {hole['id']} (mended in {mended})")
+        print(f"{package['name']} {package['version']}: {hole['id']} (fixed in {mended})")
     for package in found:
         if "skip_reason" in package:
             print(f"{package['name']}: {package['skip_reason']}")

@@ -62,7 +62,7 @@ def show_to_others(root: Path, site_packages: Path) -> None:
 
 
 def main(options: list[str]) -> int:
-    """Check all rooms, and the folders beside them that hold Python files.
+    """Check all rooms, and the folders next to them that hold Python files.
 
     Parameters
     ----------

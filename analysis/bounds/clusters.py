@@ -3,14 +3,14 @@
 Let a cluster be some nodes, or lanes of them, and let an event be what releases one of its tasks from
 outside: a tick, or a message of a publisher elsewhere. The tree of an event is all that follows from it in
 the cluster: runs, and messages on their way between them. Let x be an event at r, and t the last moment up to
-r at which no tree of an event before t goes on. From t until the tree of x is done, a run of some tree goes
-on, or else a message of one is on its way: if a run waits, then a run keeps its lane busy, or runs keep all
-threads busy. Each run takes at most its C, and each message its latency. So the trees of the events in
-[t, t + L) are done by t + L, for the least L with
+r at which no tree of an event before t is unfinished. From t until the tree of x is done, a run of some
+tree works, or else a message of one is on its way: if a run waits, then a run keeps its lane busy, or runs
+keep all threads busy. Each run takes at most its C, and each message its latency. So the trees of the events
+in [t, t + L) are done by t + L, for the least L with
 
     sum over events e of  before_e(L) * (all C and latencies in the tree of e)  <=  L,
 
-and r is before t + L. So each tree is done within L. The sum counts what goes on at the same time as if it
+and r is before t + L. So each tree is done within L. The sum counts what runs at the same time as if it
 came one after another, which is safe. It counts a busy lane once for a chain of callbacks, where the sum of
 their response times counts it for each of them. If some runs take no time, events at t + L count, too.
 """

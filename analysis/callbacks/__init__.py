@@ -1,1 +1,1 @@
-"""Callbacks of nodes that are written by hand: which of them wait for each other, and what mends it."""
+"""Callbacks of nodes that are written by hand: which of them wait for each other, and what fixes it."""

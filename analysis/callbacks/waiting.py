@@ -7,7 +7,7 @@ place that a semiflow shows to be a lock; other places wait for the callbacks th
 Where one of several is enough, all of them must wait. Those that wait in a circle never move (E. G. Coffman,
 M. Elphick, A. Shoshani, *System deadlocks*, ACM Computing Surveys 3(2), 1971).
 
-The links of the rules tell what the places and transitions of the net are, never their names.
+The links of the rules say what the places and transitions of the net are, never their names.
 """
 
 from __future__ import annotations

@@ -2,9 +2,9 @@
 
 A fault is a consequence of another one if it disappears in a model in which that one is repaired: the
 questions are asked again for that model. It stays a finding of its own where it is found again, where a
-question is left open there, and where no change is known that mends the cause. A message that is lost is
+question is left open there, and where no change is known that fixes the cause. A message that is lost is
 found again where the run that loses it can be replayed. That a part is never used is disproved by a run of
-the mended model which uses it; only what no run settles needs all its markings. A fault that disappears
+the corrected model which uses it; only what no run settles needs all its markings. A fault that disappears
 only if several causes are repaired together is listed under the first of them, and names the others. A
 callback that never ends is a cause, and may be a consequence of another one.
 """
@@ -55,10 +55,10 @@ _LOSSES = frozenset(fault.rule for question in (Overflow, Presence) for fault in
 _Key = tuple[str, tuple[str, ...]]
 
 _Mended = tuple[Finding, Mend]
-"""A cause, with what mends it."""
+"""A cause, with what fixes it."""
 
 _Again = Callable[[sym.SystemModel, Collection[_Key], list[Finding], Budget], list[Finding]]
-"""Asks a mended model again: which of some faults are not there. None, if one of the given causes is."""
+"""Asks a corrected model again: which of some faults are not there. None, if one of the given causes is."""
 
 
 def fold_consequences(
@@ -83,7 +83,7 @@ def fold_consequences(
     orders : OrderCache, optional
         Where orders of levels are kept for the symbolic engine.
     again : callable, optional
-        Asks a mended model again; by default without times.
+        Asks a corrected model again; by default without times.
     """
     # Time may run out: errors first, as they explain more; what may itself be a consequence comes last.
     causes = sorted(
@@ -124,7 +124,7 @@ class _Folding:
         self._others: dict[int, tuple[Finding, ...]] = {}  # of a consequence, by its identity
 
     def fold(self, causes: Sequence[Finding]) -> None:
-        """Ask again where each of the causes is mended, and where all of them are."""
+        """Ask again where each of the causes is fixed, and where all of them are."""
         found: dict[int, list[Finding]] = {id(cause): [] for cause in causes}
         mended: list[_Mended] = []
         # A cause has a share of the time, and a second one of the time that the others leave if the first was
@@ -154,14 +154,14 @@ class _Folding:
     def _fold_together(
         self, owners: Sequence[_Mended], mended: Sequence[_Mended], found: dict[int, list[Finding]]
     ) -> None:
-        """Ask again where several causes are mended together; list what is gone under the first of them.
+        """Ask again where several causes are fixed together; list what is gone under the first of them.
 
         Parameters
         ----------
         owners : sequence of (Finding, Mend)
-            Causes that are no consequences themselves.
+            Causes that are not consequences themselves.
         mended : sequence of (Finding, Mend)
-            All causes with a change that mends them.
+            All causes with a change that fixes them.
         found : dict
             The consequences of each cause, by its identity, which is added to.
         """
@@ -193,7 +193,7 @@ class _Folding:
                 self._others.update((id(each), others) for each in consequences)
 
     def _hidden(self, mended: Sequence[_Mended]) -> list[_Mended]:
-        """Return circles of callbacks that are found only if causes are mended, with what mends them."""
+        """Return circles of callbacks that are found only if causes are fixed, with what fixes them."""
         causes = [cause for cause, _ in mended]
         left = [each for each in self._left if not _is_in(each, causes) and each.rule not in _LOSSES]
         if not left or self._is_timed or all(cause.rule != Callbacks.CIRCLE.rule for cause in causes):
@@ -207,13 +207,13 @@ class _Folding:
             if each.rule == Callbacks.CIRCLE.rule and key_of(each) not in known:
                 mend = let_calls_end(model, each, budget)
                 if mend is not None:
-                    found.append((replace(each, message=f"found if others are mended: {each.message}"), mend))
+                    found.append((replace(each, message=f"found if others are fixed: {each.message}"), mend))
         return found
 
     def _round(
         self, causes: Sequence[Finding], found: dict[int, list[Finding]], mended: list[_Mended]
     ) -> list[Finding]:
-        """Ask again where each of some causes is mended; return those whose time ran out."""
+        """Ask again where each of some causes is fixed; return those whose time ran out."""
         out_of_time = []
         for number, cause in enumerate(causes):
             if is_effect(cause) and not _is_in(cause, self._left):
@@ -245,7 +245,7 @@ class _Folding:
         return gone
 
     def _asked(self, mended: Sequence[_Mended], findings: Sequence[Finding], budget: Budget) -> list[Finding]:
-        """Return which of some findings disappear where causes are mended."""
+        """Return which of some findings disappear where causes are fixed."""
         causes = [cause for cause, _ in mended]
         left = [each for each in findings if not _is_in(each, causes)]
         if not left or budget.is_over:
@@ -298,7 +298,7 @@ def _is_in(finding: Finding, some: Sequence[Finding]) -> bool:
 
 
 def _is_lost_again(finding: Finding, subject: Subject) -> bool:
-    """Return whether a run that loses a message does so in the net of a mended model, too."""
+    """Return whether a run that loses a message does so in the net of a corrected model, too."""
     if finding.rule not in _LOSSES or finding.witness is None or not finding.witness.steps:
         return False
     names = [step.transition for step in finding.witness.steps]

@@ -1,4 +1,4 @@
-"""Which faults of a check with times are consequences: random runs of the mended model disprove them."""
+"""Which faults of a check with times are consequences: random runs of the corrected model disprove them."""
 
 from __future__ import annotations
 
@@ -11,6 +11,6 @@ from dineros.metamodel import sym
 
 
 def used_in_time(mended: sym.SystemModel, _: object, some: list[Finding], budget: Budget) -> list[Finding]:
-    """Return which of some faults, that parts are never used, random runs of a mended model disprove."""
+    """Return which of some faults, that parts are never used, random runs of a corrected model disprove."""
     subject = timed_base_subject(mended)
     return disproved(subject, walk_in_time(subject.timed, budget).ways, some)

@@ -51,5 +51,5 @@ def left_to_lives(model: pn.Net, report: Report) -> Report:
 
 
 def _is_given(node: sym.NodeNet) -> bool:
-    """Return whether somebody stated what a managed node does, and it is not an assumption."""
+    """Return whether it is stated what a managed node does, and it is not an assumption."""
     return "lifecycle" not in (node.assumed or "").split()

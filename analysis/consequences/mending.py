@@ -3,7 +3,7 @@
 Ports that do not match get the quality of service that is asked for, and what is published while a subscriber
 is not there is kept for it. A clause that can never be true is left out. Where callbacks wait for each other,
 groups and threads are changed, the fewest first, until none of them waits any more; where a few such changes
-are not enough, the calls of the circle get time-outs, so that its callbacks end. A server that never hears of
+are not enough, the calls of the circle get time-outs, so that its callbacks end. A server that never receives
 requests to cancel gets another thread. A callback that waits forever gets what it waits for: a time-out of
 its call, or a transition that gives the token. A client whose request is lost with its server gets a
 time-out, too. A place that grows gets a capacity, or no tokens at all if nothing ever looks at it.
@@ -49,7 +49,7 @@ CHANGES_SHARE = 0.5
 """Part of the time in which such changes are tried; time-outs of calls have the rest."""
 
 ENOUGH = 10
-"""Tokens that a place may still hold whose growth is stopped: few of them would mend more than that."""
+"""Tokens that a place may still hold whose growth is stopped: few of them would fix more than that."""
 
 Mend = Callable[[sym.SystemModel], None]
 """Changes a copy of the model in place."""

@@ -1,4 +1,4 @@
-"""Which causes must be mended together before a consequence of several of them is gone."""
+"""Which causes must be fixed together before a consequence of several of them is gone."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def fewest_causes(
     consequences: Sequence[Consequence],
     gone: Callable[[Sequence[Cause], Sequence[Consequence]], Sequence[Consequence]],
 ) -> list[tuple[list[Cause], list[Consequence]]]:
-    """Group consequences by the causes that must be mended for them, without causes that are not needed.
+    """Group consequences by the causes that must be fixed for them, without causes that are not needed.
 
     Causes are left out one after the other, the last one first, as long as the consequence is still gone. So
     no cause of a group can be left out, but another group may be as small. Groups of one cause are not tried.
@@ -22,11 +22,11 @@ def fewest_causes(
     Parameters
     ----------
     causes : sequence
-        Causes that, mended together, remove all the consequences.
+        Causes that, fixed together, remove all the consequences.
     consequences : sequence
         What is gone then.
     gone : callable
-        Returns which of some consequences are gone if some causes are mended. It may return fewer than there
+        Returns which of some consequences are gone if some causes are fixed. It may return fewer than there
         are, for example if time runs out: then a group may be larger than necessary.
     """
     return _groups(list(causes), list(consequences), gone, len(causes) - 1)

@@ -1,4 +1,4 @@
-"""Which parts that a check found never used are used by some run: of a mended model, or of one with times."""
+"""Which parts that a check found never used are used by some run of a corrected or timed model."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def disproved(subject: Subject, fired: Collection[int], some: Sequence[Finding])
     fired : collection of int
         Transitions that were met in runs.
     some : sequence of Finding
-        The faults; those of other kinds are no part of the answer.
+        The faults; those of other kinds are not in the answer.
     """
     never = set(range(len(subject.net.transitions))).difference(fired)
     open_still = {each.elements for each in unused_parts(subject, never)}

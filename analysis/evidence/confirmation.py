@@ -1,6 +1,6 @@
 """Confirms answers that depend on all markings: by another engine, or by diagrams with another order.
 
-The answer of one engine is no protection against its own bugs. Explicit search and decision diagrams have
+The answer of one engine does not protect against its own bugs. Explicit search and decision diagrams have
 only the net in common. If search would be too expensive, diagrams with two different variable orders have no
 node in common.
 """

@@ -1,7 +1,7 @@
 """Values that a callback leaves on a place of its node, and that another callback reads later.
 
-A subscription stores the newest message, and a timer samples it: the commonest way of data through a node
-beside topics. A callback stores a value by a transition that puts a token on the place, whether it takes the
+A subscription stores the newest message, and a timer samples it: after topics, the commonest way of data
+through a node. A callback stores a value by a transition that puts a token on the place, whether it takes the
 old one or not. Another callback reads it by a read arc, or takes it, or takes it and puts it back at once. A
 callback that takes the token by one transition and puts it back by another one uses the place as a lock.
 """

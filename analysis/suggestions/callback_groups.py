@@ -4,11 +4,11 @@ Changes are tried in the order of their number. Where a model with some changes 
 changes are added as may break it: to leave an exclusive group, to make it reentrant and to have more threads
 take nothing away that could happen before, so that without one of those the circle stays; a callback that
 leaves a reentrant group for an exclusive one of its own can only end a run in which it begins. Whatever
-mends the model is therefore found this way, and the smallest first (R. Reiter, *A theory of diagnosis from
+fixes the model is therefore found this way, and the smallest first (R. Reiter, *A theory of diagnosis from
 first principles*, Artificial Intelligence 32(1), 1987: hitting sets).
 
 A callback that never ends, and is in no circle, cannot be repaired if it would not end even with enough
-threads and free groups. A request to cancel that is never heard may also be mended by `async def`.
+threads and free groups. A request to cancel that is never heard may also be fixed by `async def`.
 
 Each model is checked as `check` does: what is suggested is proved.
 """
@@ -57,15 +57,15 @@ class Suggestion:
     Attributes
     ----------
     faults : list of Finding
-        What is to be mended: callbacks that can wait forever, requests to cancel that are never heard.
+        What is to be fixed: callbacks that can wait forever, requests to cancel that are never heard.
     changes : list of (str, tuple of str)
         Each change in words, and as settings of the model.
     others : list of list of (str, tuple of str)
-        As many other changes that mend all of it, too: callbacks that await.
+        As many other changes that fix all of it, too: callbacks that await.
     breaks : list of str
         Messages about properties of the model that do not hold any more with the changes.
     is_found : bool
-        Whether the changes mend all of it; without faults there are none.
+        Whether the changes fix all of it; without faults there are none.
     is_proved : bool
         Whether it is proved that no smaller change does; where nothing is found, that none does.
     tried : int
@@ -203,7 +203,7 @@ class _ChangeSearch:
         return [*waits, *(finding for finding in losses if finding.elements not in self._lost)]
 
     def _added(self, changes: Changes, fault: Finding) -> Iterator[Changes]:
-        """Yield these changes with one more that may mend a fault."""
+        """Yield these changes with one more that may fix a fault."""
         if fault.rule == Goals.UNHEARD.rule:
             action = find(self._model, fault.elements[0], sym.ActionChannel)
             if isinstance(action.server.page, sym.CallbackPage):

@@ -5,7 +5,7 @@ forever, the smallest sufficient capacity is the largest load at which a message
 first is full, a queue does what a larger one does: what is enough stays enough when it grows.
 
 Each queue has an answer of its own, also where markings have no end: then capacities are tried, each a
-question whether a transition can fire, or the tree of Karp and Miller tells the largest load.
+question whether a transition can fire, or the tree of Karp and Miller gives the largest load.
 """
 
 from __future__ import annotations

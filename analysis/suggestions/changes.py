@@ -1,4 +1,4 @@
-"""Changes of callback groups and threads: what they are in words and as settings, and what each may mend."""
+"""Changes of callback groups and threads: what they are in words and as settings, and what each may fix."""
 
 from __future__ import annotations
 

@@ -1,7 +1,8 @@
 """Groups of places that share a level, since at most one of them is marked, with one token.
 
 Semiflows give groups whose tokens never get lost: state machines. Other groups lose their token at times: the
-values that a program may read next, until it has read one. Their weightings bound, but are no semiflows.
+values that a program may read next, until it has read one. Their weightings bound places, but are not
+semiflows.
 """
 
 from __future__ import annotations

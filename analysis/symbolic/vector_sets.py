@@ -164,7 +164,7 @@ class VectorSets:
         """Return the set without the boxes.
 
         Boxes of one level are removed first, then those of two levels, and so on: what small boxes leave is
-        often so small that many large ones together are no work. Those of one size are removed in one walk
+        often so small that many large ones together cost little. Those of one size are removed in one walk
         (see `open_boxes`).
         """
         if not all(boxes):

@@ -27,7 +27,7 @@ class TinaCounts:
     states, arcs : int
         Markings, and arcs between them.
     deadlocks : int or None
-        Markings that enable nothing, where TINA tells.
+        Markings that enable nothing, if TINA reports them.
     is_bounded : bool
         Whether it found the net bounded; otherwise the counts are those of what it looked at.
     """

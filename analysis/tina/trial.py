@@ -2,7 +2,7 @@
 
 What the manual leaves open decides answers: above all, what becomes of a run that ends in a deadlock, and of
 one that ends where exploration stopped. So before programs of TINA are believed about a net, they are asked
-about a small one whose only run is known. A run that ends must go on there forever without an event, as it
+about a small one whose only run is known. A run that ends must continue there forever without an event, as it
 does for our own engines; names that need quotes, arcs of all kinds and all operators that are ever written
 must mean what they mean here. Each fact is asked for together with its opposite: a program that leaves runs
 out, and finds everything true of none, is found out.

@@ -198,7 +198,7 @@ class Finding:
     consequences : tuple of Finding
         What is wrong only because of this.
     together : tuple of Finding
-        Of a consequence: the other causes that must be mended, too, before it is gone.
+        Of a consequence: the other causes that must be fixed, too, before it is gone.
     lines : tuple of str
         Lines of code, as ``file:line``, of a finding that code alone shows.
     """

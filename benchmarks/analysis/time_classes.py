@@ -106,7 +106,7 @@ def tasks(count: int) -> TimedNet:
 
 
 def published(name: str) -> TimedNet:
-    """Read a net from the folder beside the project."""
+    """Read a net from the folder next to the project."""
     return compile_timed_net(load(FOLDER / f"{name}.net"))
 
 

@@ -1,4 +1,4 @@
-"""The applications of this repository as benchmarks run them: whole workspaces, their worlds beside them."""
+"""The applications of this repository as benchmarks run them: whole workspaces, with their worlds."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Application:
     handlers : Path
         Folder of its workspace, or of modules ``PACKAGE.py`` that become the handlers of a new one.
     beside : str
-        Program that runs beside the nodes.
+        Program that runs next to the nodes.
     work : tuple of str
         Places where pieces of work wait.
     node, done : str

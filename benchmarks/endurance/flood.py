@@ -4,7 +4,7 @@
 one process per node, with a safety loop that asks the sensor as fast as the rate allows, while a human
 walks in and out without end. All is recorded. It writes ``flood.csv`` (a line every few seconds) and
 ``flood.svg``, and replays on the model what is kept of the traces. The three must stay flat, disk once the
-parts that are kept are full. With ``--stranger RATE``, somebody else publishes so many messages a second on
+parts that are kept are full. With ``--stranger RATE``, another program publishes so many messages a second on
 a topic that a node reads.
 """
 
@@ -95,7 +95,7 @@ def flood(
     domain : int
         ROS domain.
     stranger : float
-        Messages a second that somebody else publishes.
+        Messages a second that another program publishes.
 
     Raises
     ------
@@ -213,7 +213,7 @@ def main() -> int:
     )
     parser.add_argument("--hours", type=float, default=1.0)
     parser.add_argument("--rate", type=float, default=200.0, help="messages a second, about")
-    parser.add_argument("--stranger", type=float, default=0.0, help="messages a second of somebody else")
+    parser.add_argument("--stranger", type=float, default=0.0, help="messages a second of another program")
     parser.add_argument("--every", type=float, default=10.0, help="seconds between two samples")
     parser.add_argument("-o", "--output", type=Path, default=Path("flood"), help="name without its suffix")
     options = parser.parse_args()

@@ -118,7 +118,7 @@ class Round:
             )
 
     def nodes(self) -> dict[str, int]:
-        """Return the processes of nodes and programs that run, as the supervisor tells."""
+        """Return the processes of nodes and programs that run, according to the supervisor."""
         running: dict[str, int] = {}
         with contextlib.suppress(FileNotFoundError):
             for line in (self.traces / "supervisor.log.jsonl").read_text("utf-8").splitlines():
@@ -162,7 +162,7 @@ class Round:
                 os.kill(nodes[name], signal.Signals[number])
             if number == "SIGKILL":  # it is started again and continues
                 return name
-            time.sleep(draw.uniform(0.0, 1.0))  # one that is told to end is not started again
+            time.sleep(draw.uniform(0.0, 1.0))  # one that gets a signal to end is not started again
             self._end("SIGINT")
             return name
         self._end(number)

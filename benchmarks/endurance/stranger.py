@@ -22,7 +22,7 @@ BURST = 10
 
 
 def main() -> int:
-    """Publish until told to end."""
+    """Publish until it gets a signal to end."""
     rate = float(sys.argv[1])
     ends = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):

@@ -17,7 +17,7 @@ INSIDE, OUTSIDE = 4.0, 0.5
 
 
 def main() -> int:
-    """Walk in and out of the cell, as the world beside the nodes, until told to end."""
+    """Walk in and out of the cell, as the world of the nodes, until it gets a signal to end."""
     ends = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: ends.set())

@@ -121,7 +121,7 @@ def dragging(page: Page, session: CDPSession) -> None:
 
 
 def marking(page: Page, session: CDPSession) -> None:
-    """Give a place fewer than no tokens, and wait for its mark; then mend it."""
+    """Give a place fewer than no tokens, and wait for its mark; then fix it."""
     wait_until(page, "dinerosEditor.model.revision > 0 && dinerosEditor.connection.waiting.size === 0")
     page.focus("#canvas .djs-shape[aria-label^='place p130']")
     page.keyboard.press("Enter")

@@ -1,8 +1,8 @@
-"""What telling how it fares costs a busy node: processor time of a firing, with and without.
+"""What diagnostics cost a busy node: processor time of a firing, with and without.
 
 A node with a handler fires as fast as it can on ROS, in a process of its own, by turns: without looking at
-itself (``diagnostics_period`` 0), looking each second while nobody listens, and while somebody listens on
-``/diagnostics``. It should add less than 1 %. Next to that stands what one look takes, by the clock of the
+itself (``diagnostics_period`` 0), looking each second without and with a subscription on
+``/diagnostics``. It should add less than 1 %. The time of one look is printed, too, by the clock of the
 thread that looks: on a busy machine, runs differ by more than looks cost.
 """
 
@@ -79,7 +79,7 @@ def blink(period: str, firings: int) -> None:
 
 @contextmanager
 def listening(environment: dict[str, str]) -> Iterator[None]:
-    """Have somebody listen as long as the block lasts."""
+    """Keep a subscription as long as the block lasts."""
     listener = subprocess.Popen(
         [sys.executable, "-P", "-c", LISTENER], env=environment, stderr=subprocess.DEVNULL
     )

@@ -1,6 +1,6 @@
 """The robot of `examples/foreign`, recorded and explained: ``python -m benchmarks.running.foreign_robot``.
 
-Its twelve nodes, mended, run as processes of their own; the recorder comes later, as `ros2 bag record` does.
+Its twelve nodes, fixed, run as processes of their own; the recorder comes later, as `ros2 bag record` does.
 Then the model that is imported explains the recording, with several tolerances. With ``--messages`` it
 explains so many, of the recording again and again, each time with other times within a millisecond: so they
 come in orders that were not there before.
@@ -37,7 +37,7 @@ TOLERANCES = (0.0, 0.001, 0.002, 0.01)
 
 
 def recorded(path: Path, seconds: float) -> list[tuple[str, int]]:
-    """Record all topics of the mended robot, each node of it in a process."""
+    """Record all topics of the corrected robot, each node of it in a process."""
     with claimed_domain() as domain, ExitStack() as stack:
         environment = ros_environment(path.parent / "ros", domain)
         for node in robot(mended=True).nodes:

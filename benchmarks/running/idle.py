@@ -34,7 +34,7 @@ START = "from dineros.cli.main import main; main()"
 
 
 def office() -> sym.SystemModel:
-    """Return a desk that may ask a scale, once it is told to, and never is."""
+    """Return a desk that may ask a scale, when a signal says so, which never happens."""
     wish, ask, asked = sym.Place(id="Wish", tokens=1), sym.Transition(id="TAsk"), sym.Place(id="Asked")
     told, note, noted = sym.Place(id="Told"), sym.Transition(id="TNote"), sym.Place(id="Noted")
     signals = [sym.InputSignal(id="Go")]

@@ -2,7 +2,7 @@
 
 Each starts as a process of its own, by turns: a node of rclpy with a publisher and a service, and one of
 DiNeROS without handlers. ``--python PROGRAM`` takes another Python, such as that of an environment in which
-only ``dineros-runtime[ros]`` is installed, and tells what such an environment takes on the disk. A node
+only ``dineros-runtime[ros]`` is installed, and reports the size of such an environment on the disk. A node
 should be ready within 0.4 s of processor time and take less than 60 MiB of memory of its own (anonymous
 pages, as in ``/proc/PID/smaps_rollup``; files that are mapped, such as libraries, are shared and are told
 beside).

@@ -2,8 +2,8 @@
 
 Two nodes throw a text of 200 bytes to and fro: once as plain rclpy callbacks, once as two nets, by turns in
 the same two processes, so that both meet the same machine. ``--journal`` lets the nets record all they do.
-The processor time that both processes take for a round trip is told as well: it says more than the time on
-the clock where the machine has other work.
+The processor time that both processes take for a round trip is reported as well: it says more than the time
+on the clock if the machine has other work.
 """
 
 from __future__ import annotations
@@ -106,7 +106,7 @@ class Bare:
             self._executor.spin()
 
     def await_partner(self) -> None:
-        """Wait until somebody listens and answers."""
+        """Wait until a subscription exists and answers."""
         while not (self._node.count_subscribers(self._target) and self._node.count_publishers(self._source)):
             time.sleep(0.01)
 

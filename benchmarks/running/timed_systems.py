@@ -168,7 +168,7 @@ def one(number: int, unit: float, seconds: float) -> None:
     running.spin(seconds)
     observed = {name: sorted(values) for name, values in list(running.times.items())}
     print(json.dumps({"runs": running.runs, "observed": observed}), flush=True)
-    os._exit(0)  # the threads of executors would go on
+    os._exit(0)  # the threads of executors would continue
 
 
 def table(number: int, unit: float, seconds: float, allowance: float) -> bool:

@@ -121,6 +121,6 @@ def _say_json(net: pn.Net, model: Path, report: dict[str, Any], checked: int, re
 def _say_faults(faults: Sequence[Finding], witnesses: bool) -> None:
     """Print the faults to fix."""
     for fault in faults:
-        say(f"to mend: {fault.message}", "bold red")
+        say(f"to fix: {fault.message}", "bold red")
         if witnesses and fault.witness:
             say_witness(fault.witness)

@@ -36,7 +36,7 @@ class Evidence:
     recorded, messages
         What is explained.
     calls : mapping
-        What services tell of their calls in the recording.
+        What services report about their calls in the recording.
     untaken : sequence of Untaken
         Responses in the recording that no client took.
     traced : Traced or None

@@ -9,7 +9,7 @@ from std_srvs.srv import Trigger
 
 
 class Robot(Node):
-    """Asks for a route, again and again, and tells where it is."""
+    """Asks for a route, again and again, and publishes where it is."""
 
     def __init__(self) -> None:
         super().__init__("robot")

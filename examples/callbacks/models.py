@@ -1,4 +1,4 @@
-"""Models of the programs beside this file.
+"""Models of the programs next to this file.
 
 ``python examples/callbacks/models.py`` writes `answer.sym.xmi`, `battery.sym.xmi` and so on next to it.
 Which model with which settings is which program, `PROGRAMS` says.
@@ -130,7 +130,7 @@ def planner() -> sym.SystemModel:
 
 
 def sensor(mended: bool = False) -> sym.SystemModel:
-    """`fast_sensor`: a sensor sends scans to a mapper, which says when it is done where this is mended."""
+    """`fast_sensor`: a sensor sends scans to a mapper, which says when it is done where this is fixed."""
     model = sym.SystemModel(id="sensor_mapper", middleware="ros2")
     sends, mapper = node(model, "sensor"), node(model, "mapper")
     on_timer = timer(sends, 0.005)

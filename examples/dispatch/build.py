@@ -1,6 +1,6 @@
 """A dispatcher and n robots that share a narrow aisle, as a model with n for a parameter.
 
-``python examples/dispatch/build.py`` writes `dispatch.sym.xmi` beside this file, with three robots, and an
+``python examples/dispatch/build.py`` writes `dispatch.sym.xmi` next to this file, with three robots, and an
 earlier version of it, with two, and with a fault that `check` finds: `gives_up_waiting.sym.xmi`. Commands
 that ask or write models take this file, too: ``dineros sweep examples/dispatch/build.py --vary robots=1..5``.
 

@@ -1,7 +1,7 @@
 """What happens on the floor: robots are blocked for a moment, and the operator stops the floor now and then.
 
-``python examples/dispatch/floor.py --robots 3`` runs beside the nodes until it is told to end. Signals are
-latched, so that a node that is started again hears what holds.
+``python examples/dispatch/floor.py --robots 3`` runs next to the nodes until it gets a signal to end. Its
+signals are latched, so that a node that is started again hears what holds.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ def phases(robots: int) -> Iterator[dict[str, dict[str, bool]]]:
 
 
 def main() -> int:
-    """Set signals until it is told to end."""
+    """Set signals until it gets a signal to end."""
     import rclpy
     from rclpy.qos import DurabilityPolicy, QoSProfile
     from std_msgs.msg import String

@@ -1,6 +1,6 @@
 """Two mobile robots with a charging dock, a mission dispatcher and a map service, as a system model.
 
-``python examples/fleet/build.py`` writes `fleet.sym.xmi` beside this file.
+``python examples/fleet/build.py`` writes `fleet.sym.xmi` next to this file.
 
 * The **dispatcher** turns orders into missions, at most two under way, and sends each to one of the robots.
 * A **robot** asks the map for a route, drives until it is there (or asks again where it is blocked),

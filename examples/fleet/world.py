@@ -1,8 +1,8 @@
-"""What robots and dock sense: a program beside the fleet that sets its signals, again and again.
+"""What robots and dock sense: a program next to the fleet that sets its signals, again and again.
 
-``python examples/fleet/world.py`` runs until it is told to end. A robot is blocked for a moment on every
-way, then at its goal; batteries fill; the dispatcher pauses now and then. Signals are latched, so that a node
-that is started again hears what holds.
+``python examples/fleet/world.py`` runs until it gets a signal to end. A robot is blocked for a moment on
+every way, then at its goal; batteries fill; the dispatcher pauses now and then. Signals are latched, so that
+a node that is started again hears what holds.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ PHASES: list[dict[str, dict[str, bool]]] = [
 
 
 def main() -> int:
-    """Set signals until it is told to end."""
+    """Set signals until it gets a signal to end."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

@@ -25,7 +25,7 @@ class Battery(Node):
 
 
 class Monitor(Node):
-    """Hears of missions and ways; wants the last level of the battery, which keeps none, unless mended."""
+    """Hears of missions and ways; wants the last level of the battery, which keeps none, unless fixed."""
 
     def __init__(self, *, mended: bool = False) -> None:
         super().__init__("monitor")

@@ -9,7 +9,7 @@ LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class Detector(Node):
-    """Looks for obstacles in pictures; asks for more than the camera offers, unless it is mended."""
+    """Looks for obstacles in pictures; asks for more than the camera offers, unless it is fixed."""
 
     def __init__(self, *, mended: bool = False) -> None:
         super().__init__("detector")

@@ -1,4 +1,4 @@
-"""A robot of twelve nodes in plain rclpy, as somebody wrote them who had never heard of models.
+"""A robot of twelve nodes in plain rclpy, written without any model in mind.
 
 ``python robot.py`` starts all of them, each with an executor and a thread of its own, as if they were
 processes; ``python robot.py lidar mapper`` only these. With ``--mended``, two subscriptions ask for no more

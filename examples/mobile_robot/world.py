@@ -1,8 +1,8 @@
-"""The robot's world, a program beside the nodes: wheels, a laser, an eye, and people in the way at times.
+"""The robot's world, a program next to the nodes: wheels, a laser, an eye, and people in the way at times.
 
-``python examples/mobile_robot/world.py`` runs until it is told to end. It knows nothing of DiNeROS: it hears
-``/wheels/target``, tells ``/laser/ahead`` and ``/eye/marker``, and says by the navigator's signals whether
-the robot is at its goal. Signals are latched, so that a node that is started again hears what holds.
+``python examples/mobile_robot/world.py`` runs until it gets a signal to end. It knows nothing of DiNeROS: it
+receives ``/wheels/target``, publishes ``/laser/ahead`` and ``/eye/marker``, and sets the navigator's signals
+when the robot is at its goal. Signals are latched, so that a node that is started again hears what holds.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class World:
     speed : float
         Metres a second.
     every : int
-        Somebody stands in the way on each such way; 0: nobody ever does.
+        A person blocks each such way; 0: no person ever does.
     x, y : float
         Where the robot is; the dock is at the origin.
     target : tuple of float or None
@@ -44,7 +44,7 @@ class World:
     ways: int = 0
 
     def go(self, x: float, y: float, moves: bool) -> None:
-        """Do as the wheels are told."""
+        """Execute the commands of the wheels."""
         target = (x, y) if moves else None
         if target is not None and target != self.target:
             self.ways += 1
@@ -77,7 +77,7 @@ class World:
 
 
 def main() -> int:
-    """Let the world continue until it is told to end."""
+    """Let the world continue until it gets a signal to end."""
     import rclpy
     from geometry_msgs.msg import Point
     from rclpy.qos import DurabilityPolicy, QoSProfile
@@ -88,7 +88,7 @@ def main() -> int:
     )
     parser.add_argument("--period", type=float, default=0.05, help="seconds between two steps")
     parser.add_argument("--speed", type=float, default=World.speed, help="metres a second")
-    parser.add_argument("--every", type=int, default=World.every, help="somebody stands in each such way")
+    parser.add_argument("--every", type=int, default=World.every, help="a person blocks each such way")
     options = parser.parse_args()
     world, ends, lock = World(options.speed, options.every), threading.Event(), threading.Lock()
     rclpy.init(signal_handler_options=rclpy.signals.SignalHandlerOptions.NO)

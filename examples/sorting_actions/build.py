@@ -1,6 +1,6 @@
 """The sorting cell with pick and place as actions, which are canceled when a person comes near.
 
-``python examples/sorting_actions/build.py`` writes `cell.sym.xmi` beside this file, and two earlier versions
+``python examples/sorting_actions/build.py`` writes `cell.sym.xmi` next to this file, and two earlier versions
 of it with faults that `check` finds: `only_asks.sym.xmi` and `waits_for_canceled.sym.xmi`.
 
 * The **selector** takes pieces from the pools of their colours.

@@ -1,7 +1,7 @@
 """The cell that the nodes work in: an arm's drive, a gate, buttons, and a person who comes near.
 
-``python examples/sorting_actions/cell.py`` runs beside the nodes until it is told to end. It hears the
-commands of `/cell/arm` and `/cell/gate`, and tells the nodes what is so by their signals, latched, so that a
+``python examples/sorting_actions/cell.py`` runs next to the nodes until it gets a signal to end. It gets the
+commands of `/cell/arm` and `/cell/gate`, and sets the nodes' signals, latched, so that a
 node that is started again hears what holds. The arm hears nothing before its first command has come: "at
 rest" would be taken for the end of a motion that the cell, if it starts later, does not know of yet.
 """

@@ -108,7 +108,7 @@ def read_module(path: Path, content: bytes) -> Module:
         return Module(path, content, text, ast.parse(text), encoding, newline)
     except SyntaxError as error:
         raise DeveloperFileError(
-            f"is not Python: {error.msg}", location=Location(path, error.lineno), hint="mend it first"
+            f"is not Python: {error.msg}", location=Location(path, error.lineno), hint="fix it first"
         ) from error
     except ValueError as error:
         raise DeveloperFileError(f"cannot be read: {error}", location=Location(path)) from error

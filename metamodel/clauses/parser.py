@@ -45,7 +45,7 @@ def parse(text: str) -> Expression:
     Raises
     ------
     ClauseError
-        The text is no such expression (`column` tells where), or it is longer than `MAX_LENGTH` or nested
+        The text is not such an expression (`column` tells where), or it is longer than `MAX_LENGTH` or nested
         deeper than `MAX_DEPTH`.
     """
     if len(text) > MAX_LENGTH:
@@ -81,7 +81,7 @@ def signal_names(text: str) -> list[str]:
 
 
 def column_of(text: str, name: str) -> int | None:
-    """Return where the text of a clause first speaks of a signal, from 1.
+    """Return where the text of a clause first names a signal, from 1.
 
     Examples
     --------

@@ -65,7 +65,7 @@ class Constraint:
     message : str
         What is wrong; `{it}` names the element, `{element.weight}` gives a feature, `{found}` the outcome.
     fix : str
-        What would mend it, with the same placeholders.
+        What would fix it, with the same placeholders.
     """
 
     name: str

@@ -98,7 +98,7 @@ class Document:
         self.path = path
         content = self._read()
         if content is not None:
-            read_content(content, path)  # so that a file that is no model gets no journal
+            read_content(content, path)  # so that a file that is not a model gets no journal
         self._journal = Journal(journal_of(path))
         try:
             if self._journal.entries:

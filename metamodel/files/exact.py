@@ -69,7 +69,7 @@ def exact_number(text: str) -> float:
     Raises
     ------
     ValueError
-        The text is no such number, or the number is outside the range of floats.
+        The text is not such a number, or the number is outside the range of floats.
 
     Examples
     --------

@@ -230,7 +230,7 @@ def read_integer(text: str) -> int:
     Raises
     ------
     ValueError
-        The text is no such number; the message says what is expected.
+        The text is not such a number; the message says what is expected.
     """
     text = text.strip()
     if not _INTEGER.fullmatch(text):

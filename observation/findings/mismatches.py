@@ -110,7 +110,7 @@ def of_part(findings: Iterable[Finding]) -> list[Finding]:
     """Return the findings of a system of which only a part is known, for a check of its model.
 
     That a name has no other end is a note: drivers and tools are elsewhere. Quality of service is left to the
-    check, which says how to mend it.
+    check, which says how to fix it.
     """
     return [
         replace(finding, severity="note") if finding.rule in ENDS else finding

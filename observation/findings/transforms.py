@@ -1,4 +1,4 @@
-"""Finds lookups of transforms that wait in vain, as the listener needs the thread or group of the caller."""
+"""Finds lookups of transforms that wait in vain: the listener needs the thread or group of the caller."""
 
 from __future__ import annotations
 

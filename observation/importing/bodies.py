@@ -299,7 +299,7 @@ class Body:
 
 
 def _has_type(place: pn.Place) -> bool:
-    """Return whether guards can speak of the tokens of a place."""
+    """Return whether guards can refer to the tokens of a place."""
     return isinstance(place, sym.Place) and place.tokenType is not None
 
 

@@ -69,7 +69,7 @@ def to_model(
     Raises
     ------
     DinerosError
-        What is given of a node speaks of ports that it does not have.
+        The given facts of a node name ports that it does not have.
     """
     given = given or Given()
     found = whole(system, given)

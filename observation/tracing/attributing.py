@@ -170,7 +170,7 @@ def runs(tracing: Tracing, uncertain: Uncertain | None = None) -> Iterator[Run |
     Raises
     ------
     TracingError
-        They cannot be read, tell of no node, or of more than anybody has.
+        They cannot be read, contain no node, or more nodes than any system has.
     """
     found = _Attributing(tracing, uncertain or Uncertain())
     for event in tracing.events():

@@ -85,7 +85,7 @@ class Tracing:
     path : Path
         A folder in the format CTF, which the program ``babeltrace2`` reads, or the text that it writes.
     stalled : float
-        Seconds that the program may take without a word.
+        Seconds that the program may take without output.
 
     Attributes
     ----------

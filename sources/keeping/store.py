@@ -30,7 +30,7 @@ NOT_READABLE = (
     *(DinerosError, KeyError, TypeError, ValueError, IndexError, AttributeError, RecursionError),
     *(StopIteration, OverflowError),
 )
-"""Errors while an entry is read that is damaged, or was made by somebody else."""
+"""Errors while an entry is read that is damaged, or was made by another program."""
 
 _READER = Path(__file__).resolve().parents[1]
 _WRITABLE_BY_OTHERS = stat.S_IWGRP | stat.S_IWOTH

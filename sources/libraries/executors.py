@@ -232,7 +232,7 @@ class Executors:
     ) -> None:
         """Let a callback that starts a thread and waits for its end do what the thread does.
 
-        A thread that has begun before usually ends by itself, as a callback tells it to.
+        A thread that has begun before usually ends by itself, because a callback makes it end.
         """
         timeout = Made("", args, keys, made.at).argument(0, "timeout")
         _, began_in = self._began.get(id(made), (made, None))

@@ -63,6 +63,6 @@ def test_hints_quote_names_of_files_for_the_shell(run: Run, broken: Path) -> Non
     broken.rename(odd)
     result = run("check", odd)
     assert result.exit_code == 2
-    command = re.search(r"`(dineros validate .*)` says how to mend it", result.stderr)
+    command = re.search(r"`(dineros validate .*)` says how to fix it", result.stderr)
     assert command is not None, result.stderr
     assert shlex.split(command[1]) == ["dineros", "validate", str(odd)]

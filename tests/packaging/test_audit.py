@@ -25,8 +25,8 @@ def test_each_hole_is_one_line(program: Path, capsys: pytest.CaptureFixture[str]
     report = {"dependencies": [{"name": "a", "version": "1.0", "vulns": holes}, sound], "fixes": []}
     assert main(answer(program, f"echo '{json.dumps(report)}' >\"$report\"; exit 1"), "lock.txt") == 1
     assert capsys.readouterr().out == (
-        "a 1.0: PYSEC-1 (mended in 1.1, 2.0)\n"
-        "a 1.0: PYSEC-2 (mended in no release)\n"
+        "a 1.0: PYSEC-1 (fixed in 1.1, 2.0)\n"
+        "a 1.0: PYSEC-2 (fixed in no release)\n"
         "2 packages, 2 known holes\n"
     )
 

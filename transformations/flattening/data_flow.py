@@ -84,7 +84,7 @@ class DataFlow:
         fields: Fields,
     ) -> None:
         self._links, self._originals, self._declared, self._arcs = links, originals, fields, arcs
-        # Their tokens are no messages, or get their data from the engine.
+        # Their tokens are not messages, or get their data from the engine.
         self._apart = {client.timedOut for client in _service_clients(model)}
         for action in actions(model):
             self._apart |= {action.server.cancel, *(client.cancel for client in action.clients)}

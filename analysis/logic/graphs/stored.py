@@ -203,7 +203,7 @@ class StateGraph(Exploration):
         return result
 
     def transitions(self, states: Sequence[int]) -> tuple[int, ...]:
-        """Return the transitions along a path of states; staying in a deadlock is no transition."""
+        """Return the transitions along a path of states; staying in a deadlock is not a transition."""
         found = []
         for source, target in pairwise(states):
             here, there = self.product.marking(source), list(self.product.marking(target))

@@ -131,7 +131,7 @@ class _Finder:
         return wanted
 
     def transitions(self, labels: list[int]) -> tuple[int, ...]:
-        """Return the transitions of labels; staying in a deadlock is no transition."""
+        """Return the transitions of labels; staying in a deadlock is not a transition."""
         width = self.product.edges.target.size
         found = (label // width for label in labels)
         return tuple(t for t in found if t < len(self.product.net.transitions))

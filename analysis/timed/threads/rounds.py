@@ -77,7 +77,7 @@ class Rounds:
     def explore(self, known: Known, work: Work, batch: Batch, most: int, seconds: float) -> bool:
         """Expand at most so many classes, for about so long; return whether any were expanded.
 
-        If none were, one thread has to go on: there are few classes, or a table lacks room.
+        If none were, one thread has to continue: there are few classes, or a table lacks room.
 
         Parameters
         ----------

@@ -20,7 +20,7 @@ from dineros.cli.supervising import reading_command
 )
 @model_argument()
 @output_option(
-    "The file to write; its suffix tells the format: .xmi, .sym, .pnml, .net, .xml, .cts; "
+    "The file to write; its suffix gives the format: .xmi, .sym, .pnml, .net, .xml, .cts; "
     "pictures are .svg, .png, .html.",
     required=True,
 )

@@ -30,8 +30,7 @@ def split(model: Path, output: Path, settings: tuple[str, ...], as_json: bool) -
     """Split a system model into one run-time model per node net: DIR/NODE.rtm.xmi.
 
     Channels are removed; their ports are kept as information on the places. DIR is created if it does not
-    exist;
-    other files in it are not changed.
+    exist; other files in it are not changed.
     """
     from dineros.metamodel import files
     from dineros.metamodel.files.xmi import xmi_bytes

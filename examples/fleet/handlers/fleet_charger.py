@@ -1,4 +1,4 @@
-"""What the charger does: it does as it is told, and says so."""
+"""What the charger does: it executes its commands, and reports them."""
 
 from __future__ import annotations
 

@@ -33,6 +33,6 @@ def assign_bob(firing: firings.TAssignBobFiring) -> firings.Outcome:
 
 @firings.on("TClose")
 def close(firing: firings.TCloseFiring) -> firings.Outcome:
-    """Arrived -> Closed + Slots: somebody is where they should be."""
+    """Arrived -> Closed + Slots: a robot is where it should be."""
     LOG.debug("%(robot)s arrived at %(x)g, %(y)g", firing.data)
     return {}

@@ -19,6 +19,6 @@ def full(firing: firings.TFullFiring) -> firings.Outcome:
 
 @firings.on("TLeave")
 def leave(firing: firings.TLeaveFiring) -> firings.Outcome:
-    """Leaving + PowerRes -> ChargeExit + BayFree: tell the robot what the charger said."""
+    """Leaving + PowerRes -> ChargeExit + BayFree: send the charger's answer to the robot."""
     charger = firing.inputs["PowerRes"][0].data
     return {"note": charger["note"], "powerOk": charger["powerOk"]}

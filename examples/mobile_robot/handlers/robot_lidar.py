@@ -1,4 +1,4 @@
-"""What the lidar does: it tells how far it is to what is ahead."""
+"""What the lidar does: it publishes the distance to what is ahead."""
 
 from __future__ import annotations
 

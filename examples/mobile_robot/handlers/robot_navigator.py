@@ -28,7 +28,7 @@ def configure(net: Net) -> None:
 
 
 def wheels(net: Net) -> Callable[[float, float, bool], None]:
-    """Return what tells the wheels where to: whether to move at all stands in z of the point."""
+    """Return what sends the wheels their target; z of the point says whether to move at all."""
     try:
         node = net.ros_node
     except DinerosError:  # there are none without ROS
@@ -70,7 +70,7 @@ async def drive(firing: firings.TDriveFiring) -> firings.TDriveOutcome:
 
 @firings.on("TProceed")
 def proceed(firing: firings.TProceedFiring) -> firings.TProceedOutcome:
-    """Driving + Scan -> Driving + Told: tell the wheels again, and the client what is ahead."""
+    """Driving + Scan -> Driving + Told: send the command to the wheels again, and feedback to the client."""
     trip = firing.inputs["Driving"][0].data
     _move(trip["x"], trip["y"], True)
     return firing.give({"Told": {"distance": firing.inputs["Scan"][0].data["data"]}})

@@ -1,4 +1,4 @@
-"""What the arm does: it moves as it is told, and brakes when a goal is to be canceled."""
+"""What the arm does: it moves on command, and brakes when a goal is to be canceled."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def _drive(net: Net) -> Callable[[str, str], None]:
 
 
 async def _move(motion: str, piece: str) -> None:
-    """Start a motion; return when the signals speak of it and of no earlier one."""
+    """Start a motion; return when the signals refer to it and to no earlier one."""
     assert ARM.net is not None
     while True:
         ARM.command(motion, piece)

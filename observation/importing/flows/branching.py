@@ -82,7 +82,7 @@ class Branching:
     texts : callable
         Returns the values of a variable in the model, those of the code as keys.
     accepted : bool or None
-        Whether the goal is accepted of which the callback is told; None: it may be or not.
+        Whether the goal of the callback is accepted; None: it may be or not.
     folder : str
         In which the files are.
     received : (Deciding, str) or None

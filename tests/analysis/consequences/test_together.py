@@ -152,7 +152,7 @@ def test_a_circle_that_others_hide_is_a_cause_together_with_them(monkeypatch: py
     }
     assert listed["Has1"] == listed["Has3"] == []
     (hidden,) = listed["Has2"]
-    assert hidden.startswith("found if others are mended: deadlock in node robot")
+    assert hidden.startswith("found if others are fixed: deadlock in node robot")
     assert "/s2" in hidden
 
 

@@ -66,7 +66,7 @@ def test_sarif_and_junit(run: Run, path: Path) -> None:
 def test_a_report_folds_them(run: Run, path: Path) -> None:
     run("check", path, "-o", path.with_name("report.html"))
     page = path.with_name("report.html").read_text(encoding="utf-8")
-    assert "<summary>2 consequences: they are gone where this is mended</summary>" in page
+    assert "<summary>2 consequences: they are gone if this is fixed</summary>" in page
     assert DEAD in page
 
 

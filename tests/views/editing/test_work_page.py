@@ -39,16 +39,16 @@ def test_a_mark_is_mended_by_its_button_and_undone(file: Path, edit: Edit, visit
     hand.click("Words")
     hand.fill("tokens", "-1")
     wait_until(page, "document.querySelector('#form .mend') !== null")
-    page.locator("#form").get_by_role("button", name="Mend: 0 tokens").click()
+    page.locator("#form").get_by_role("button", name="Fix: 0 tokens").click()
     hand.idle()
     assert page.locator("#field-tokens").input_value() == "0"
     expect(page.locator("#count")).to_have_text("No problems")
-    assert document.undo_label == "mend: 0 tokens"
+    assert document.undo_label == "fix: 0 tokens"
     page.keyboard.press("Escape")
     page.keyboard.press("Control+z")
     wait_until(page, "document.querySelector('#count').textContent.startsWith('1 error,')")
     page.locator("#problems summary").click()
-    page.locator("#marks").get_by_role("button", name="Mend: 0 tokens").click()
+    page.locator("#marks").get_by_role("button", name="Fix: 0 tokens").click()
     wait_until(page, "document.querySelector('#count').textContent === 'No problems'")
 
 

@@ -2,7 +2,7 @@
 
 Each message has a clock for its age from its publication on. A reader history is first in, first out, and
 lifespans of a pair are equal; so the oldest message is the first to go, whether it is taken, displaced or too
-old. A count of those that went before their time tells whether the message of a clock that ends is still
+old. The number of those that went before their time shows whether the message of a clock that ends is still
 there. If it is still on its way, it goes when it arrives, and does not enter the history.
 
 If clocks are not possible, a message may go at any time.

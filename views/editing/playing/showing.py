@@ -47,10 +47,10 @@ class Stage:
         dict
             ``at``, ``length``, ``loop``, ``title``; ``places``: tokens by handle; ``queues``: by handle of
             their channel, each with its ``text``, how many messages wait (``load``) and how many more can
-            (``room``); ``under``: tokens in channels beside them; ``signals``: values by handle; ``firings``:
-            what is enabled, each with its ``id``, ``text``, ``kind`` and the ``elements`` it is seen at, and,
-            of a change of a signal with values, its new ``value``; ``steps``: those around the present one,
-            from number ``first`` on.
+            (``room``); ``under``: tokens in the channels around them; ``signals``: values by handle;
+            ``firings``: what is enabled, each with its ``id``, ``text``, ``kind`` and the ``elements`` it is
+            seen at, and, of a change of a signal with values, its new ``value``; ``steps``: those around the
+            present one, from number ``first`` on.
         """
         first = max(0, game.at - MOST_LISTED // 2)
         return {

@@ -82,7 +82,7 @@ export function showHint(model, sheet, isEmpty, insert) {
   );
 }
 
-/** A button that mends what is wrong, where commands do. @type {(mark: Mark, act: (commands: Command[], label: string) => void) => HTMLElement | null} */
+/** A button that fixes what is wrong, where commands do. @type {(mark: Mark, act: (commands: Command[], label: string) => void) => HTMLElement | null} */
 export function mender({ mend, message }, act) {
   if (mend === undefined) return null;
   const { label, commands } = mend;
@@ -90,10 +90,10 @@ export function mender({ mend, message }, act) {
     "button",
     {
       class: "mend",
-      "aria-label": `Mend: ${label} (${message})`,
-      onclick: () => act(commands, `mend: ${label}`),
+      "aria-label": `Fix: ${label} (${message})`,
+      onclick: () => act(commands, `fix: ${label}`),
     },
-    `Mend: ${label}`,
+    `Fix: ${label}`,
   );
 }
 

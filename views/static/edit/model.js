@@ -1,4 +1,4 @@
-// What the page knows of the model: objects by handle, as Python tells them. Only Python changes them.
+// What the page knows of the model: objects by handle, as Python sends them. Only Python changes them.
 
 import { wordsOf } from "./times.js";
 
@@ -109,7 +109,7 @@ export class Model {
   }
 
   /**
-   * What clauses of an element can speak of: signals, and comparisons with the values of those that have some.
+   * What clauses of an element can refer to: signals, and comparisons with the values of those that have some.
    *
    * @type {(handle: string) => { name: string, value?: string }[]}
    */

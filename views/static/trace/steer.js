@@ -21,7 +21,7 @@ export class SteeringPanel {
     document.querySelector("aside")?.prepend(this.section);
   }
 
-  /** Rows stay while they are changed: what is replaced while somebody presses it is never clicked. @type {(nodes: NodeState[]) => void} */
+  /** Rows stay while they are changed: what is replaced while a user presses it is never clicked. @type {(nodes: NodeState[]) => void} */
   show(nodes) {
     const gone = new Set(this.rows.keys());
     for (const each of nodes) {

@@ -1,4 +1,4 @@
-// What is known of traces here: `dineros.views.traces.coding` writes it. Steps speak of names by number.
+// What is known of traces here: `dineros.views.traces.coding` writes it. Steps refer to names by number.
 
 import type { Picture } from "../net/types.js";
 import type { Data } from "./data.js";

@@ -134,7 +134,7 @@ function rowsFor(model, element, feature, asked) {
 }
 
 /**
- * A row with a field; what is refused is said next to it, and stays there to be mended.
+ * A row with a field; what is refused is said next to it, and stays there to be fixed.
  *
  * @param {Feature} feature
  * @param {HTMLInputElement | HTMLSelectElement | HTMLTextAreaElement} field
