@@ -20,6 +20,8 @@ from dineros.metamodel.build import callback, flow, node_net, place, step
 from dineros.metamodel.clauses import set_clause
 from tests.analysis.consequences.test_folding import consequences, faults, folded
 
+pytestmark = pytest.mark.usefixtures("own_time")  # folding a cause has a share of the time
+
 
 def lamps(*sizes: int) -> sym.SystemModel:
     """Return nodes in which so many transitions in a row have clauses that can never be true."""
