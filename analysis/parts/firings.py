@@ -24,7 +24,7 @@ DEADLOCK_SHARE = 0.3
 """Part of the time for the question whether there is a deadlock."""
 
 
-def decide_by_parts(net: CompiledNet, found: Firings, budget: Budget, *, asks_deadlock: bool = True) -> None:
+def decide_by_parts(net: CompiledNet, found: Firings, budget: Budget) -> None:
     """Add to what is known which transitions can fire, and whether there is a deadlock.
 
     Parameters
@@ -35,17 +35,14 @@ def decide_by_parts(net: CompiledNet, found: Firings, budget: Budget, *, asks_de
         The known facts.
     budget : Budget
         Time and memory.
-    asks_deadlock : bool
-        Whether a deadlock is asked for.
     """
     budget = budget.begun()
     budget.stage("parts of the net")
     whole = Whole(net, found.dead)
     search = _Search(whole, found)
     search.note_dead()
-    own = budget.share(1 - DEADLOCK_SHARE) if asks_deadlock else budget
-    search.decide_firings(own)
-    if asks_deadlock and found.deadlock is None and not found.has_no_deadlock:
+    search.decide_firings(budget.share(1 - DEADLOCK_SHARE))
+    if found.deadlock is None and not found.has_no_deadlock:
         search.decide_deadlock(budget)
 
 

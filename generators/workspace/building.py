@@ -30,6 +30,7 @@ from dineros.metamodel.files.reading import read_bytes
 STAMP = ".built-from"
 LOG = "log/dineros_build.txt"
 JOBS = 2
+"""Maximum number of parallel compilers."""
 # Elements of a package.xml that only describe the package (REP 149).
 _DESCRIPTIONS = ("description", "maintainer", "author", "license", "url")
 
@@ -48,15 +49,13 @@ def missing_tools() -> list[str]:
     return missing
 
 
-def build_interfaces(workspace: Path, *, jobs: int = JOBS) -> Path:
+def build_interfaces(workspace: Path) -> Path:
     """Build the interface package of a workspace, unless it was built from the same files.
 
     Parameters
     ----------
     workspace : Path
         A generated workspace.
-    jobs : int
-        Maximum number of parallel compilers.
 
     Returns
     -------
@@ -77,7 +76,7 @@ def build_interfaces(workspace: Path, *, jobs: int = JOBS) -> Path:
         return installed
     for place in ("install", "build"):  # old files of renamed or removed interfaces would remain
         folder.remove_tree(f"{place}/{package}")
-    colcon(workspace, ["--packages-select", package], jobs=jobs)
+    colcon(workspace, ["--packages-select", package])
     remember(workspace)
     return installed
 
@@ -92,7 +91,7 @@ def remember(workspace: Path) -> None:
     ConfinedFolder(workspace).write(f"install/{package}/{STAMP}", wanted.encode())
 
 
-def colcon(workspace: Path, arguments: Sequence[str] = (), *, jobs: int = JOBS) -> None:
+def colcon(workspace: Path, arguments: Sequence[str] = ()) -> None:
     """Run ``colcon build`` in a workspace.
 
     Raises
@@ -114,7 +113,7 @@ def colcon(workspace: Path, arguments: Sequence[str] = (), *, jobs: int = JOBS) 
     setup = _wheels_setup(workspace) if found else None
     if setup:  # build in the environment that developers source
         command = ["sh", "-c", '. "$0" && exec "$@"', setup, *command]
-    variables = {**os.environ, "MAKEFLAGS": f"-j{jobs}", "CMAKE_BUILD_PARALLEL_LEVEL": str(jobs)}
+    variables = {**os.environ, "MAKEFLAGS": f"-j{JOBS}", "CMAKE_BUILD_PARALLEL_LEVEL": str(JOBS)}
     with os.fdopen(ConfinedFolder(workspace).start(LOG), "wb") as output:
         status = _run(command, workspace, variables, output.fileno())
     if status:

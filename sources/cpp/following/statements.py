@@ -354,10 +354,6 @@ class Statements(Choices):
         path = path_of(kind)
         return not path.endswith(("Ptr", "_ptr")) and "weak" not in path
 
-    def call_of(self, node: Node, frame: Frame, path: str, args: list[Value]) -> Call:
-        """Return a call that is only implicit in the code."""
-        return Call(node, frame, path, args)
-
 
 def _is_array(declarator: Node) -> bool:
     """Return whether a variable is declared as an array, as in ``const char * names[] = {...}``."""

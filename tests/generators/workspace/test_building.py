@@ -23,7 +23,7 @@ def builds(monkeypatch: pytest.MonkeyPatch) -> Builds:
     """What colcon was asked to build; it makes the folders that it would."""
     asked: Builds = []
 
-    def colcon(workspace: Path, arguments: Sequence[str] = (), *, jobs: int = 1) -> None:
+    def colcon(workspace: Path, arguments: Sequence[str] = ()) -> None:
         asked.append(arguments)
         (workspace / "install/kitchen_interfaces").mkdir(parents=True)
 
