@@ -272,7 +272,9 @@ class Doer:
         if kind in ("Event", "Condition") and name in ("set", "notify", "notify_all", "clear"):
             if name != "clear":
                 effect("notify", label, node, frame)
-                self.machine.attributes.changed.append((made.name or made.path, activity.fact))  # loops may ask for it
+                self.machine.attributes.changed.append(
+                    (made.name or made.path, activity.fact)
+                )  # loops may ask for it
             return NONE
         return None
 

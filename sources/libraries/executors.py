@@ -239,10 +239,10 @@ class Executors:
         fact = self.machine.activity.fact
         if not is_none(timeout) or began_in is not fact or fact.kind in (*CONSTRUCTORS, "thread"):
             return
-        keys = self._read_later.pop(id(made), None)
-        if keys is None:
+        later_keys = self._read_later.pop(id(made), None)
+        if later_keys is None:
             return  # it has waited for that before
-        for key in keys:  # the callback does it
+        for key in later_keys:  # the callback does it
             later = self.machine.callbacks.pop(key, None)
             if later is not None and later.node is not None and later.fact in later.node.callbacks:
                 later.node.callbacks.remove(later.fact)

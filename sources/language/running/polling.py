@@ -102,6 +102,12 @@ class Polling(Matching):
         names = self._all(tests, frame, 3)
         if not names or any(name in names for name, _ in changes) or "spin" in ast.unparse(node):
             return
+        inner = fact.effects[fact.effects.index(loop) + 1 :]
+        if any(
+            each.do.startswith("spin") or (loop.how and each.do not in ("sleep", "loop", "wait"))
+            for each in inner
+        ):
+            return  # it runs callbacks; or it does something and may end at once, and `how` says enough
         words = " or ".join(sorted(names))
         wait = self.effect("wait", words, node, frame, POLLED)
         test = condition if len(tests) == 1 else None

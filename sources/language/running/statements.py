@@ -354,10 +354,9 @@ class Statements(Polling):
         before = len(self.attributes.changed)
         found = self._open_loop(node.body, frame, lambda: None, condition, is_entered=is_endless)
         effects = self.activity.fact.effects
-        if any(each.do.startswith("spin") for each in effects[effects.index(loop) :]) or any(
-            each.spun > loop.order > 0 for each in self.nodes
-        ):
-            loop.how = ""  # it runs callbacks, which may end it
+        spins = any(each.do.startswith("spin") for each in effects[effects.index(loop) :])
+        if loop.order and (spins or any(each.spun > loop.order for each in self.nodes)):
+            loop.how = ""  # it runs callbacks
         self.polls(node, frame, loop, condition, before)
         ends = found & {RETURNS, RAISES}
         if not is_endless or BREAKS in found:
