@@ -12,8 +12,8 @@ from dataclasses import replace
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.witnesses.findings import Finding, Report
 
-NEVER_CONTINUE = {"code-waits-for-itself", "code-waits-unspun", "code-never-starts"}
-"""Rules of code that never continues after a call."""
+NEVER_CONTINUE = {"code-waits-for-itself", "code-waits-unspun", "code-never-starts", "code-gives-none"}
+"""Rules of code that never continues after a call, or never answers."""
 _ON_THE_MODEL = {"callback-deadlock", "callback-never-ends"}
 
 
