@@ -244,6 +244,8 @@ class Maker:
         if made.entity is None:
             made.entity = Entity("groups", name or "anonymous", at, details={"kind": reentrant})
         if made.entity not in fact.entities:
+            if any(made.entity in other.entities for other in self.machine.nodes if other is not fact):
+                made.entity.details["shared"] = True  # by several nodes
             fact.entities.append(made.entity)
         return (name or f"anonymous {reentrant} (:{at.line})"), made.entity
 

@@ -12,7 +12,7 @@ import re
 from collections.abc import Callable
 
 from dineros.observation.importing.assuming import Taken
-from dineros.observation.importing.groups.sharing import free_name
+from dineros.observation.importing.groups.sharing import OF_NODES, free_name
 from dineros.sources.facts import Entity, NodeFact, is_open
 from dineros.sources.places import Place
 
@@ -63,6 +63,8 @@ class GroupsOfNode:
             wanted = group.port.rpartition(".")[2]
             if group.is_anonymous_group:
                 wanted = f"group_{group.at.line}"
+            if group.details.get("shared"):
+                wanted = f"{OF_NODES}{wanted}_{group.at.line}"
             self._names[group] = free_name(re.sub(r"\W+", "_", wanted).strip("_"), self._used())
         return self._names[group]
 

@@ -14,6 +14,9 @@ from dineros.observation.importing.given import GivenCallback, GivenNode
 from dineros.observation.systems import ObservedNode
 from dineros.sources.facts import NodeFact
 
+OF_NODES = "of_nodes_"
+"""Begin of the names of callback groups that several nodes use."""
+
 
 def free_name(wanted: str, used: Iterable[str]) -> str:
     """Return a name that is not used yet."""
@@ -128,7 +131,10 @@ def _join(
         own = free_name(f"of_{name.strip('/').replace('/', '_')}", groups)
         groups[own] = "exclusive"
         keys = {port.topic: port.given_as for port in nodes[name].subscribers}
-        renamed = {group: free_name(group, groups) for group in given[name].groups}
+        renamed = {
+            group: group if group.startswith(OF_NODES) else free_name(group, groups)
+            for group in given[name].groups
+        }
         groups |= {renamed[group]: kind for group, kind in given[name].groups.items()}
         known = {each: free_name(each, variables) for each in given[name].variables}
         variables |= {known[each]: variable for each, variable in given[name].variables.items()}

@@ -6,6 +6,8 @@ import json
 from fractions import Fraction
 from pathlib import Path
 
+import pytest
+
 from dineros.analysis.bounds.answers import Bounds
 from dineros.analysis.latencies.answers import end_of
 from dineros.analysis.latencies.paths import callback_pages
@@ -112,3 +114,37 @@ if __name__ == "__main__": main()
     assert len(found.lacks) == 1
     told = json.loads(run("check", "--source", tmp_path, "--json", "--timeout", 20)[1])
     assert told["proved"] == [] and "callback-deadlock" in {each["rule"] for each in told["findings"]}
+
+
+@pytest.mark.parametrize(("group", "has_deadlock"), [("group", True), ("ReentrantCallbackGroup()", False)])
+def test_a_group_of_two_nodes_is_one_group(tmp_path: Path, group: str, has_deadlock: bool) -> None:
+    """The caller of one node holds the group that the service of the other needs."""
+    source = files(
+        tmp_path,
+        two=f"""
+        class Left(Node):
+            def __init__(self, group):
+                super().__init__("left")
+                own = MutuallyExclusiveCallbackGroup()
+                self.right = self.create_client(Trigger, "right", callback_group=own)
+                self.create_timer(1.0, self.tick, callback_group=group)
+            def tick(self):
+                self.right.call(Trigger.Request())
+        class Right(Node):
+            def __init__(self, group):
+                super().__init__("right")
+                self.create_service(Trigger, "right", self.answer, callback_group=group)
+            def answer(self, request, response):
+                return response
+        def main():
+            rclpy.init()
+            group = MutuallyExclusiveCallbackGroup()
+            executor = MultiThreadedExecutor(4)
+            executor.add_node(Left(group))
+            executor.add_node(Right({group}))
+            executor.spin()
+        if __name__ == "__main__":
+            main()
+        """,
+    )
+    assert ("[callback-deadlock]" in run("check", "--source", source)[1]) == has_deadlock
