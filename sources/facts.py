@@ -236,8 +236,6 @@ class CallbackFact:
         return found
 
 
-MESSAGE = "a message of"
-"""Begins what a callback waits for that receives the next message of a topic itself."""
 STARTING = ("constructor", "main", "module")
 """Kinds of code that runs, in its order, when a program starts."""
 

@@ -12,7 +12,7 @@ from dineros.observation.findings.starting import FAULTS as OF_STARTS
 from dineros.observation.findings.starting import starts
 from dineros.observation.findings.transforms import FAULTS as OF_TRANSFORMS
 from dineros.observation.findings.transforms import lookups
-from dineros.sources.facts import HELD, MESSAGE, CallbackFact, Effect, Entity, Facts, NodeFact, is_open
+from dineros.sources.facts import HELD, CallbackFact, Effect, Entity, Facts, NodeFact, is_open
 from dineros.sources.places import Place, located
 
 LONG = 1.0
@@ -154,11 +154,9 @@ def _of_callback(callback: CallbackFact, node: NodeFact) -> Iterator[tuple[Place
             yield finding(WAITS, effect, words)
         elif effect.do == "wait_for_message" and effect.how == "without time-out":
             words = f"waits without time-out for {effect.what}: forever, if none comes"
-            if node.threads == 1:
+            if node.is_single:
                 words += ", or if only callbacks of its own executor publish it"
             yield finding(WAITS, effect, words)
-        elif effect.do == "wait" and effect.what.startswith(MESSAGE) and "without" in effect.how:
-            yield finding(WAITS, effect, f"waits without time-out for {effect.what}: forever, if none comes")
         elif effect.do in ("spin", "spin_once", "spin_until"):
             outcome = _SPINS if effect.at.file.endswith(".py") else _THROWS
             words = f"spins ({effect.do}{where}) while its executor runs it: {outcome}"
@@ -227,7 +225,8 @@ def _locks(node: NodeFact) -> Iterator[tuple[Place, Finding]]:
         for effect in callback.effects:
             waits = (
                 (effect.do == "call" and effect.how.startswith(("blocks", "spin", "waits", "polled")))
-                or effect.do in ("wait_for_service", "wait_for_server", "spin_until", "spin")
+                or effect.do
+                in ("wait_for_message", "wait_for_service", "wait_for_server", "spin_until", "spin")
                 or (effect.do == "sleep" and (effect.timeout or 0) >= LONG)
             )
             for lock in effect.holding:

@@ -47,7 +47,16 @@ FAULTS = (EARLY, LOSES, AGAIN, LATE, BEHIND)
 
 _OUTSIDE = ("constructor", "main")
 _RESTS = (
-    *("sleep", "spin", "spin_once", "spin_until", "wait", "wait_for_service", "wait_for_server"),
+    *(
+        "sleep",
+        "spin",
+        "spin_once",
+        "spin_until",
+        "wait",
+        "wait_for_message",
+        "wait_for_service",
+        "wait_for_server",
+    ),
     *("input", "loop"),
 )
 """Effects after which a subscriber may exist."""

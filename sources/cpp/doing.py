@@ -37,7 +37,6 @@ from dineros.sources.cpp.values import (
     shown,
 )
 from dineros.sources.cpp.waiting import BEGAN, Waiting, is_lost
-from dineros.sources.facts import MESSAGE
 
 if TYPE_CHECKING:
     from tree_sitter import Node
@@ -245,8 +244,8 @@ class Ros(Ports):
         how = "without time-out" if len(call.args) < 4 else "time-out that is open"
         how = how if seconds is None else f"time-out {seconds} s"
         if self.machine.role not in ("main", "constructor"):
-            what = f"{MESSAGE} {shown(call.args[2])}"
-            self.machine.does("wait", what, call.node, call.frame, f"blocks, {how}", timeout=seconds)
+            what = f"a message of {shown(call.args[2])}"
+            self.machine.does("wait_for_message", what, call.node, call.frame, how, timeout=seconds)
         self.machine.forget(call)
         return Open("whether there was a message")
 
