@@ -147,10 +147,12 @@ def _find_guided(net: CompiledNet, goal: Goal, known: Guidance, budget: Budget, 
     wanted, most_cost = goal, None
     at_first = known.bound(net.initial.tolist())
     while True:
-        ways, missed = _searched(net, [wanted], budget, options, known, most_cost)
-        if 0 not in ways:
-            return best or missed
-        found = _witness(net, wanted, ways[0])
+        search = _search(net, [wanted], budget, options, known, most_cost)
+        search.run()
+        if 0 not in search.found:
+            return best or _not_found(search)
+        found = _witness(net, wanted, search.trace(search.found[0]))
+        del search  # release the memory of its markings for the next search
         best = found if best is None or len(found.stem) < len(best.stem) else best
         excess = -known.bound(replay(net, found.stem)[-1])
         if excess <= 0 or not options.get("is_shortest", True):
@@ -172,33 +174,15 @@ def find_all(
     """
     if not goals:
         return []
-    ways, missed = _searched(net, goals, budget, options)
-    return [_witness(net, goal, ways[g]) if g in ways else missed for g, goal in enumerate(goals)]
-
-
-def _searched(
-    net: CompiledNet,
-    goals: Sequence[Goal],
-    budget: Budget,
-    options: Options,
-    known: Guidance | None = None,
-    most_cost: int | None = None,
-) -> tuple[dict[int, tuple[int, ...]], Outcome]:
-    """Search; return the traces to the goals that are found, and the answer for the others.
-
-    Which of several threads first reaches a marking is chance, and so is the trace to it. So one thread
-    repeats the search, as far as the budget allows.
-    """
-    search = _search(net, goals, budget, options, known, most_cost)
+    search = _search(net, goals, budget, options)
     search.run()
-    ways = {g: search.trace(row) for g, row in search.found.items()}
-    missed, is_shared = _not_found(search), search.is_shared
-    del search  # release the memory of its markings for the next search
-    if ways and is_shared and options.get("is_shortest", True):
-        search = _search(net, goals, budget, {**options, "workers": 1}, known, most_cost)
-        search.run()
-        ways |= {g: search.trace(row) for g, row in search.found.items()}
-    return ways, missed
+    answers: list[Outcome] = []
+    for g, goal in enumerate(goals):
+        if g in search.found:
+            answers.append(_witness(net, goal, search.trace(search.found[g])))
+        else:
+            answers.append(_not_found(search))
+    return answers
 
 
 def _not_found(search: Search) -> Outcome:

@@ -55,7 +55,8 @@ FIRST_SLICE, LARGEST_SLICE, PART_OF_SLICE = 1 << 11, 1 << 24, 1 / 32
 PROGRESS_SECONDS = 0.5
 #: Frontiers of fewer rows are not worth a thread.
 LEAST_FOR_THREADS = 1 << 13
-#: Number of markings before several threads search for goals: which of them stores a marking first is chance.
+#: Number of markings before several threads search for goals. Which of them stores a marking first is chance,
+#: so traces that are equally short may differ from run to run from there on.
 LEAST_WITH_GOALS = 1 << 20
 EVERYTHING = 1 << 60
 #: Words per marking for which kernels are compiled apart: 5 to 12 % faster; with more words, 2 to 8 %.
@@ -101,7 +102,6 @@ class Search:
     reason: str | None = field(init=False, default=None)
     pumping: Pumping | None = field(init=False, default=None)
     found: dict[int, int] = field(init=False, default_factory=dict)  #: goal -> row
-    is_shared: bool = field(init=False, default=False)  #: whether several threads have stored markings
 
     def __post_init__(self) -> None:
         self._started = time.perf_counter()
@@ -220,7 +220,6 @@ class Search:
             has_begun = any(notes.control[NEXT] < notes.control[CHUNK_END] for notes in self._crew[1:])
             is_worth_it = left >= LEAST_FOR_THREADS and (not self.goals or self.markings >= LEAST_WITH_GOALS)
             active = self.workers if is_worth_it or has_begun else 1
-            self.is_shared |= active > 1
             if not self._storage.make_room(controls, active, self._shape, self._together):
                 self.reason = "memory"
                 return

@@ -275,10 +275,12 @@ def test_goals_of_many_shapes_at_once() -> None:
             assert (len(answer.trace) if answer.trace is not None else None) == distance.get(t)
 
 
-@pytest.mark.usefixtures("threads_at_once")
-def test_threads_find_the_same_traces_as_one() -> None:
+def test_ordinary_searches_find_the_same_traces_on_any_number_of_processors(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """Which thread stores a marking first is chance; the trace that is shown must not depend on it."""
-    net = reference_case_study((1, 1, 0), "none")
+    monkeypatch.setattr(search, "LEAST_FOR_THREADS", 1)
+    net = reference_case_study((2, 1, 1), "none")
     wanted = [Goal((t,)) for t in range(len(net.transitions))]
     alone = find_all(net, wanted, workers=1)
     for _ in range(3):
