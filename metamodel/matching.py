@@ -115,13 +115,13 @@ def _reason(
     name: str, publisher: sym.PublisherPort, subscriber: sym.SubscriberPort, given: object, asked: object
 ) -> Mismatch:
     words, feature = name.replace("_", " "), "leaseDuration" if name == "lease_duration" else name
-    mended = (
+    settings = (
         _setting("publisher", publisher, feature, asked),
         _setting("subscriber", subscriber, feature, given),
     )
     return Mismatch(
         f"the publisher's {words} is {shown(given)}, and the subscriber requests {shown(asked)}",
-        mended,
+        settings,
     )
 
 

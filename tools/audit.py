@@ -43,8 +43,8 @@ def main(program: str, *locks: str) -> int:
         found = json.loads(report.read_text(encoding="utf-8"))["dependencies"]
     holes = [(package, hole) for package in found for hole in package.get("vulns", [])]
     for package, hole in holes:
-        mended = ", ".join(hole["fix_versions"]) or "no release"
-        print(f"{package['name']} {package['version']}: {hole['id']} (fixed in {mended})")
+        releases = ", ".join(hole["fix_versions"]) or "no release"
+        print(f"{package['name']} {package['version']}: {hole['id']} (fixed in {releases})")
     for package in found:
         if "skip_reason" in package:
             print(f"{package['name']}: {package['skip_reason']}")

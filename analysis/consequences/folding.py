@@ -22,7 +22,14 @@ from dineros.analysis.checks.boundedness import Boundedness
 from dineros.analysis.checks.check import QUESTIONS, check
 from dineros.analysis.checks.overflow import Overflow, Presence
 from dineros.analysis.checks.question import Question
-from dineros.analysis.consequences.mending import Mend, is_cause, is_effect, is_proved, let_calls_end, mend_of
+from dineros.analysis.consequences.cause_fixes import (
+    Fix,
+    fix_of,
+    is_cause,
+    is_effect,
+    is_proved,
+    let_calls_end,
+)
 from dineros.analysis.consequences.together import fewest_causes
 from dineros.analysis.consequences.used import used_in_runs
 from dineros.analysis.model.subject import Subject, base_subject
@@ -37,7 +44,7 @@ from dineros.transformations.language.copying import deep_copy
 SHARE = 0.9
 """Part of the time that is left for asking again."""
 
-MEND_SHARE = 0.6
+FIX_SHARE = 0.6
 """The share of it for the search for a change that removes a cause."""
 
 HIDDEN_SHARE = 0.6
@@ -54,7 +61,7 @@ _LOSSES = frozenset(fault.rule for question in (Overflow, Presence) for fault in
 
 _Key = tuple[str, tuple[str, ...]]
 
-_Mended = tuple[Finding, Mend]
+_Fixed = tuple[Finding, Fix]
 """A cause, with what fixes it."""
 
 _Again = Callable[[sym.SystemModel, Collection[_Key], list[Finding], Budget], list[Finding]]
@@ -126,17 +133,17 @@ class _Folding:
     def fold(self, causes: Sequence[Finding]) -> None:
         """Ask again where each of the causes is fixed, and where all of them are."""
         found: dict[int, list[Finding]] = {id(cause): [] for cause in causes}
-        mended: list[_Mended] = []
+        fixed: list[_Fixed] = []
         # A cause has a share of the time, and a second one of the time that the others leave if the first was
         # not enough.
-        open_causes = self._round(causes, found, mended)
+        open_causes = self._round(causes, found, fixed)
         if open_causes and not self._budget.is_over:
-            self._round(open_causes, found, mended)
+            self._round(open_causes, found, fixed)
             ranks = {id(cause): rank for rank, cause in enumerate(causes)}
-            mended.sort(key=lambda each: ranks[id(each[0])])
-        if mended:
+            fixed.sort(key=lambda each: ranks[id(each[0])])
+        if fixed:
             folded = {id(each) for some in found.values() for each in some}
-            self._fold_together([each for each in mended if id(each[0]) not in folded], mended, found)
+            self._fold_together([each for each in fixed if id(each[0]) not in folded], fixed, found)
         folded = {id(each) for some in found.values() for each in some}
         first, others = [], []
         for finding in self._report.findings:
@@ -152,33 +159,33 @@ class _Folding:
         return replace(consequence, together=self._others.get(id(consequence), ()))
 
     def _fold_together(
-        self, owners: Sequence[_Mended], mended: Sequence[_Mended], found: dict[int, list[Finding]]
+        self, owners: Sequence[_Fixed], fixed: Sequence[_Fixed], found: dict[int, list[Finding]]
     ) -> None:
         """Ask again where several causes are fixed together; list what is gone under the first of them.
 
         Parameters
         ----------
-        owners : sequence of (Finding, Mend)
+        owners : sequence of (Finding, Fix)
             Causes that are not consequences themselves.
-        mended : sequence of (Finding, Mend)
+        fixed : sequence of (Finding, Fix)
             All causes with a change that fixes them.
         found : dict
             The consequences of each cause, by its identity, which is added to.
         """
         self._budget.stage("consequences of all causes together")
-        every = list(mended)
+        every = list(fixed)
         gone: list[Finding] = []
         with suppress(BudgetExceededError):
-            if len(mended) > 1:
+            if len(fixed) > 1:
                 gone += self._gone(every, self._budget)
-            every += self._hidden(mended)
-            if len(every) > len(mended):
+            every += self._hidden(fixed)
+            if len(every) > len(fixed):
                 gone += self._gone(every, self._budget)
         if not gone:
             return
         budget = self._budget.share(TOGETHER_SHARE) if self._budget.left is not None else self._budget
 
-        def gone_again(fewer: Sequence[_Mended], some: Sequence[Finding]) -> list[Finding]:
+        def gone_again(fewer: Sequence[_Fixed], some: Sequence[Finding]) -> list[Finding]:
             # A change found in the repaired model may depend on the repair.
             with suppress(BudgetExceededError, DinerosError):
                 return self._asked(fewer, some, budget)
@@ -192,26 +199,26 @@ class _Folding:
                 others = tuple(cause for cause in names if cause is not first)
                 self._others.update((id(each), others) for each in consequences)
 
-    def _hidden(self, mended: Sequence[_Mended]) -> list[_Mended]:
+    def _hidden(self, fixed: Sequence[_Fixed]) -> list[_Fixed]:
         """Return circles of callbacks that are found only if causes are fixed, with what fixes them."""
-        causes = [cause for cause, _ in mended]
+        causes = [cause for cause, _ in fixed]
         left = [each for each in self._left if not _is_in(each, causes) and each.rule not in _LOSSES]
         if not left or self._is_timed or all(cause.rule != Callbacks.CIRCLE.rule for cause in causes):
             return []
-        model = self._with_mends(mended)
+        model = self._with_fixes(fixed)
         budget = self._budget.share(HIDDEN_SHARE) if self._budget.left is not None else self._budget
         report = check(model, budget, questions=_asking({Callbacks.CIRCLE.rule}), is_shown=False)
-        known = {key_of(cause) for cause, _ in mended}
+        known = {key_of(cause) for cause, _ in fixed}
         found = []
         for each in report.findings:
             if each.rule == Callbacks.CIRCLE.rule and key_of(each) not in known:
-                mend = let_calls_end(model, each, budget)
-                if mend is not None:
-                    found.append((replace(each, message=f"found if others are fixed: {each.message}"), mend))
+                fix = let_calls_end(model, each, budget)
+                if fix is not None:
+                    found.append((replace(each, message=f"found if others are fixed: {each.message}"), fix))
         return found
 
     def _round(
-        self, causes: Sequence[Finding], found: dict[int, list[Finding]], mended: list[_Mended]
+        self, causes: Sequence[Finding], found: dict[int, list[Finding]], fixed: list[_Fixed]
     ) -> list[Finding]:
         """Ask again where each of some causes is fixed; return those whose time ran out."""
         out_of_time = []
@@ -223,34 +230,34 @@ class _Folding:
             parts = len(causes) - number + (len(causes) > 1)  # the last one is for all of them together
             share = self._budget.share(1 / parts)
             share.stage(f"consequences of {cause.rule}, {number + 1} of {len(causes)}")
-            searching = share.share(MEND_SHARE)
+            searching = share.share(FIX_SHARE)
             try:
-                mend = mend_of(self._model, cause, searching)
-                if mend is None:
+                fix = fix_of(self._model, cause, searching)
+                if fix is None:
                     searching.check_time()
                 else:
-                    mended.append((cause, mend))
-                    found[id(cause)] += self._gone([(cause, mend)], share)
+                    fixed.append((cause, fix))
+                    found[id(cause)] += self._gone([(cause, fix)], share)
             except BudgetExceededError:
-                if searching.is_over and not _is_in(cause, [each for each, _ in mended]):
+                if searching.is_over and not _is_in(cause, [each for each, _ in fixed]):
                     out_of_time.append(cause)
             if found[id(cause)]:
                 self._left = [each for each in self._left if each is not cause]
         return out_of_time
 
-    def _gone(self, mended: Sequence[_Mended], budget: Budget) -> list[Finding]:
+    def _gone(self, fixed: Sequence[_Fixed], budget: Budget) -> list[Finding]:
         """Take out of the remaining faults those that disappear if causes are repaired; return them."""
-        gone = self._asked(mended, self._left, budget)
+        gone = self._asked(fixed, self._left, budget)
         self._left = [each for each in self._left if not _is_in(each, gone)]
         return gone
 
-    def _asked(self, mended: Sequence[_Mended], findings: Sequence[Finding], budget: Budget) -> list[Finding]:
+    def _asked(self, fixed: Sequence[_Fixed], findings: Sequence[Finding], budget: Budget) -> list[Finding]:
         """Return which of some findings disappear where causes are fixed."""
-        causes = [cause for cause, _ in mended]
+        causes = [cause for cause, _ in fixed]
         left = [each for each in findings if not _is_in(each, causes)]
         if not left or budget.is_over:
             return []
-        model = self._with_mends(mended)
+        model = self._with_fixes(fixed)
         if any(problem.severity == "error" for problem in validate(model)):
             return []
         subject = base_subject(model)
@@ -260,29 +267,29 @@ class _Folding:
         asked = {key_of(cause) for cause in causes} if len(causes) == 1 else set()
         return self._again(model, asked, open_now, budget)
 
-    def _with_mends(self, mended: Sequence[_Mended]) -> sym.SystemModel:
+    def _with_fixes(self, fixed: Sequence[_Fixed]) -> sym.SystemModel:
         model, _ = deep_copy(self._model)
         assert isinstance(model, sym.SystemModel)
-        for _, mend in mended:
-            mend(model)
+        for _, fix in fixed:
+            fix(model)
         return model
 
 
 def _without(
     orders: OrderCache | None,
-    mended: sym.SystemModel,
+    fixed: sym.SystemModel,
     causes: Collection[_Key],
     some: list[Finding],
     budget: Budget,
 ) -> list[Finding]:
     """Ask a model again without its times."""
-    used = used_in_runs(base_subject(mended), some, budget)
+    used = used_in_runs(base_subject(fixed), some, budget)
     rest = [each for each in some if not _is_in(each, used)]
     rules = {rule for rule, _ in causes if not is_proved(rule)}
     if not rest and not rules:
         return used
     rules |= {finding.rule for finding in rest}
-    again = check(mended, budget, orders=orders, questions=_asking(rules), is_shown=False)
+    again = check(fixed, budget, orders=orders, questions=_asking(rules), is_shown=False)
     still = {key_of(finding) for finding in again.findings if finding.severity != "note"}
     if any(key in still or key[0] in again.open_rules for key in causes if not is_proved(key[0])):
         return []

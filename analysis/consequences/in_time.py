@@ -10,7 +10,7 @@ from dineros.analysis.witnesses.findings import Finding
 from dineros.metamodel import sym
 
 
-def used_in_time(mended: sym.SystemModel, _: object, some: list[Finding], budget: Budget) -> list[Finding]:
+def used_in_time(fixed: sym.SystemModel, _: object, some: list[Finding], budget: Budget) -> list[Finding]:
     """Return which of some faults, that parts are never used, random runs of a corrected model disprove."""
-    subject = timed_base_subject(mended)
+    subject = timed_base_subject(fixed)
     return disproved(subject, walk_in_time(subject.timed, budget).ways, some)

@@ -40,7 +40,7 @@ def recorded(path: Path, seconds: float) -> list[tuple[str, int]]:
     """Record all topics of the corrected robot, each node of it in a process."""
     with claimed_domain() as domain, ExitStack() as stack:
         environment = ros_environment(path.parent / "ros", domain)
-        for node in robot(mended=True).nodes:
+        for node in robot(fixed=True).nodes:
             name = node.name.rpartition("/")[2]
             stack.enter_context(running(environment, name, "--mended"))
         time.sleep(STARTING)
@@ -81,7 +81,7 @@ def again(messages: list[tuple[str, int]], count: int) -> Iterator[tuple[str, in
 
 def followed(messages: list[tuple[str, int]], count: int, tolerance: float) -> None:
     """Explain many messages by the open model, and print speed and memory now and then."""
-    model = to_model(robot(mended=True)).model
+    model = to_model(robot(fixed=True)).model
     topics = [RecordedTopic(topic, "") for topic in sorted({topic for topic, _ in messages})]
     explainer = Explainer(model, topics, tolerance=tolerance, midway=True)
     for topic, at in watched(again(messages, count), count):
@@ -105,8 +105,8 @@ def main() -> None:
             return
         print(f"{'model':>8} {'tolerance':>10} {'messages':>10} {'per second':>12}")
         for tolerance in TOLERANCES:
-            explained("given", to_model(robot(mended=True), given(mended=True)).model, messages, tolerance)
-            explained("open", to_model(robot(mended=True)).model, messages, tolerance)
+            explained("given", to_model(robot(fixed=True), given(fixed=True)).model, messages, tolerance)
+            explained("open", to_model(robot(fixed=True)).model, messages, tolerance)
 
 
 if __name__ == "__main__":

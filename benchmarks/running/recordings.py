@@ -18,7 +18,7 @@ from dineros.observation.explaining import Explainer
 from dineros.observation.recordings import Recording
 from dineros.observation.systems import RecordedTopic
 
-MODEL = Path(__file__).resolve().parents[2] / "examples/callbacks/sensor_mended.sym.xmi"
+MODEL = Path(__file__).resolve().parents[2] / "examples/callbacks/sensor_fixed.sym.xmi"
 TOPICS = ("/scans", "/dones")
 TEXT = "std_msgs/msg/String"
 GAP = 2_000_000

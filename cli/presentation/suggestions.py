@@ -63,8 +63,8 @@ def say_callback_groups(
     reason = ending or found.reason
     if as_json:
         changes = _changes(found.changes)
-        mends = [fault.to_dict() for fault in found.faults]
-        report = {"found": found.is_found, "proved": found.is_proved, "changes": changes, "mends": mends}
+        faults = [fault.to_dict() for fault in found.faults]
+        report = {"found": found.is_found, "proved": found.is_proved, "changes": changes, "mends": faults}
         report |= {"others": [_changes(each) for each in found.others], "breaks": found.breaks}
         _say_json(net, model, report, found.tried, reason)
         return
@@ -94,9 +94,9 @@ def say_start_order(
     reason, steps = ending or found.reason, list(zip(found.order, found.settings, strict=True))
     if as_json:
         order = [{"transition": what, "node": node, "setting": setting} for (what, node), setting in steps]
-        mends = [fault.to_dict() for fault in found.faults]
+        faults = [fault.to_dict() for fault in found.faults]
         proved = found.is_found or found.is_proved
-        report = {"found": found.is_found, "proved": proved, "order": order, "mends": mends}
+        report = {"found": found.is_found, "proved": proved, "order": order, "mends": faults}
         _say_json(net, model, report, found.tried, reason)
         return
     _say_faults(found.faults, witnesses)

@@ -28,12 +28,12 @@ PROGRAMS: dict[str, tuple[str, tuple[str, ...]]] = {
     "answer_one_thread": ("answer", ()),
     "answer_two_threads": ("answer", TWO_THREADS),
     "calling_each_other": ("planner", ()),
-    "calling_each_other_mended": (
+    "calling_each_other_fixed": (
         "planner",
         ("Position.client.planner.group=answers", "planner.executor=multi", "planner.threads=2"),
     ),
     "fast_sensor": ("sensor", ()),
-    "fast_sensor_mended": ("sensor_mended", ()),
+    "fast_sensor_fixed": ("sensor_fixed", ()),
 }
 """The model of each program, and what is set in it."""
 
@@ -129,7 +129,7 @@ def planner() -> sym.SystemModel:
     return model
 
 
-def sensor(mended: bool = False) -> sym.SystemModel:
+def sensor(fixed: bool = False) -> sym.SystemModel:
     """`fast_sensor`: a sensor sends scans to a mapper, which says when it is done where this is fixed."""
     model = sym.SystemModel(id="sensor_mapper", middleware="ros2")
     sends, mapper = node(model, "sensor"), node(model, "mapper")
@@ -140,7 +140,7 @@ def sensor(mended: bool = False) -> sym.SystemModel:
     scan, work = sym.Place(id="Scan", page=on_scan), sym.Transition(id="Work", page=on_scan)
     flow(scan, work)
     topic(model, "Scans", sent, scan)
-    if mended:
+    if fixed:
         may_send = sym.Place(id="MaySend", tokens=3, page=sends)
         here = pn.ReferencePlace(id="MaySend@OnTimer", target=may_send, page=on_timer)
         flow(here, send)
@@ -190,7 +190,7 @@ MODELS: dict[str, Callable[[], sym.SystemModel]] = {
     "battery": battery,
     "planner": planner,
     "sensor": sensor,
-    "sensor_mended": partial(sensor, mended=True),
+    "sensor_fixed": partial(sensor, fixed=True),
     "sensor_timed": sensor_timed,
 }
 

@@ -11,12 +11,12 @@ from std_srvs.srv import Trigger
 class Planner(Node):
     """Plans a path when asked; asks for that, while it is asked, where the robot is.
 
-    With one thread this waits forever. Mended, it has a callback group and a thread that take the answer.
+    With one thread this waits forever. Fixed, it has a callback group and a thread that take the answer.
     """
 
-    def __init__(self, *, mended: bool = False) -> None:
+    def __init__(self, *, fixed: bool = False) -> None:
         super().__init__("planner")
-        group = MutuallyExclusiveCallbackGroup() if mended else None
+        group = MutuallyExclusiveCallbackGroup() if fixed else None
         self.paths = self.create_publisher(String, "/path", 10)
         self.where = self.create_client(Trigger, "/where", callback_group=group)
         self.create_subscription(String, "/map", self.on_map, LATCHED)

@@ -27,10 +27,10 @@ class Battery(Node):
 class Monitor(Node):
     """Hears of missions and ways; wants the last level of the battery, which keeps none, unless fixed."""
 
-    def __init__(self, *, mended: bool = False) -> None:
+    def __init__(self, *, fixed: bool = False) -> None:
         super().__init__("monitor")
         self.charge = self.create_client(Trigger, "/charge")
-        self.create_subscription(Float64, "/battery_level", self.on_level, 10 if mended else LATCHED)
+        self.create_subscription(Float64, "/battery_level", self.on_level, 10 if fixed else LATCHED)
         self.create_subscription(Float64, "/odometry", self.on_way, 10)
         self.create_subscription(String, "/mission", self.on_mission, 10)
 

@@ -11,10 +11,10 @@ LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 class Detector(Node):
     """Looks for obstacles in pictures; asks for more than the camera offers, unless it is fixed."""
 
-    def __init__(self, *, mended: bool = False) -> None:
+    def __init__(self, *, fixed: bool = False) -> None:
         super().__init__("detector")
         self.obstacles = self.create_publisher(String, "/obstacles", 10)
-        self.create_subscription(String, "/image", self.on_image, qos_profile_sensor_data if mended else 10)
+        self.create_subscription(String, "/image", self.on_image, qos_profile_sensor_data if fixed else 10)
 
     def on_image(self, image: String) -> None:
         self.obstacles.publish(String(data=f"box in the {image.data}"))

@@ -22,27 +22,27 @@ from rclpy.node import Node
 from sensors import Camera, Imu, Lidar
 
 
-def nodes(mended: bool) -> dict[str, Callable[[], Node]]:
+def nodes(fixed: bool) -> dict[str, Callable[[], Node]]:
     """Return what makes each node."""
     return {
         "lidar": Lidar,
         "camera": Camera,
         "imu": Imu,
-        "detector": partial(Detector, mended=mended),
+        "detector": partial(Detector, fixed=fixed),
         "localizer": Localizer,
         "mapper": Mapper,
-        "planner": partial(Planner, mended=mended),
+        "planner": partial(Planner, fixed=fixed),
         "commander": Commander,
         "driver": Driver,
         "base": Base,
         "battery": Battery,
-        "monitor": partial(Monitor, mended=mended),
+        "monitor": partial(Monitor, fixed=fixed),
     }
 
 
-def spin(name: str, make: Callable[[], Node], mended: bool) -> None:
+def spin(name: str, make: Callable[[], Node], fixed: bool) -> None:
     """Make a node and run its callbacks, until Ctrl-C."""
-    many = mended and name == "planner"
+    many = fixed and name == "planner"
     executor = MultiThreadedExecutor(num_threads=2) if many else SingleThreadedExecutor()
     executor.add_node(make())
     with suppress(ExternalShutdownException):
@@ -51,11 +51,11 @@ def spin(name: str, make: Callable[[], Node], mended: bool) -> None:
 
 def main() -> None:
     """Start the nodes that the command line names; all, where it names none."""
-    mended = "--mended" in sys.argv
-    known = nodes(mended)
+    fixed = "--mended" in sys.argv
+    known = nodes(fixed)
     wanted = [word for word in sys.argv[1:] if word in known] or list(known)
     rclpy.init(args=sys.argv)
-    threads = [Thread(target=spin, args=(name, known[name], mended), daemon=True) for name in wanted]
+    threads = [Thread(target=spin, args=(name, known[name], fixed), daemon=True) for name in wanted]
     for thread in threads:
         thread.start()
     while rclpy.ok():  # until a signal

@@ -338,7 +338,7 @@ def resume_journal(
         raise _is_written(path)
     try:
         path.with_name(f".{path.name}.tmp").unlink(missing_ok=True)
-        _mend(file, path)
+        _complete_last_line(file, path)
         header = next(read_records(path), None)
         if not isinstance(header, Header):
             raise JournalError("does not begin with a header", location=Location(path))
@@ -375,7 +375,7 @@ def _new_journal(folder: Path, node: str, source: str, options: dict[str, Any]) 
     return JournalRecorder(folder, node, source=source, **options)
 
 
-def _mend(file: int, path: Path) -> None:
+def _complete_last_line(file: int, path: Path) -> None:
     """Remove an incomplete last line; if only its line feed is missing, add it."""
     size = os.fstat(file).st_size
     start, pieces = size, [b""]  # in reverse order

@@ -47,7 +47,7 @@ def prefix_of_wheels() -> Path | None:
     return prefix if (prefix / "share/ament_index").is_dir() else None
 
 
-def mend_paths(prefix: Path) -> list[Path]:
+def correct_paths(prefix: Path) -> list[Path]:
     """Insert this Python's header folders into the CMake files of the wheels below a folder.
 
     Parameters
@@ -65,10 +65,10 @@ def mend_paths(prefix: Path) -> list[Path]:
         text = file.read_text(encoding="utf-8")
         if "/opt/python/" not in text:
             continue
-        mended = _FOREIGN_NUMPY.sub(lambda _: _numpy_headers(), text)
-        mended = _FOREIGN_PYTHON.sub(lambda _: sysconfig.get_path("include"), mended)
-        if mended != text:
-            write_atomically(file, mended.encode())
+        corrected = _FOREIGN_NUMPY.sub(lambda _: _numpy_headers(), text)
+        corrected = _FOREIGN_PYTHON.sub(lambda _: sysconfig.get_path("include"), corrected)
+        if corrected != text:
+            write_atomically(file, corrected.encode())
             changed.append(file)
     return changed
 
@@ -120,7 +120,7 @@ def main() -> int:
     if prefix is None:
         return 0
     try:
-        mend_paths(prefix)
+        correct_paths(prefix)
         print(write_setups(prefix))
     except DinerosError as error:
         print(error, file=sys.stderr)

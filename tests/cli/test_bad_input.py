@@ -54,7 +54,7 @@ def test_what_is_wrong_with_a_long_argument_is_said_in_short(run: Run, model: Pa
         assert result.exit_code == 2
         assert result.stderr.count("\n") == 1
         assert len(result.stderr) < 2100
-        assert result.stderr.rstrip().endswith(")")  # what would mend it
+        assert result.stderr.rstrip().endswith(")")  # what would fix it
 
 
 def test_hints_quote_names_of_files_for_the_shell(run: Run, broken: Path) -> None:

@@ -116,7 +116,7 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with what the examples start from: the model, witnesses, a recorded run, a workspace."""
     folder = tmp_path_factory.mktemp("desk")
     (folder / "sorting.sym.xmi").write_bytes((ROOT / "case_study/sorting.sym.xmi").read_bytes())
-    (folder / "robot.sym.xmi").write_bytes((ROOT / "examples/callbacks/sensor_mended.sym.xmi").read_bytes())
+    (folder / "robot.sym.xmi").write_bytes((ROOT / "examples/callbacks/sensor_fixed.sym.xmi").read_bytes())
     managed = camera()
     for step, node in enumerate(reversed(node_nets(managed)), 1):  # those who listen come up first
         assert node.lifecycle is not None

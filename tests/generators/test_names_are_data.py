@@ -123,7 +123,7 @@ def generated(model: sym.SystemModel, source: str = "a.sym.xmi", *settings: str)
 
 
 def accepted(model: sym.SystemModel) -> dict[str, bytes] | None:
-    """Return all files; None where the model is refused, in one line that says how to mend it."""
+    """Return all files; None where the model is refused, in one line that says how to fix it."""
     wrong = [violation for violation in validate(model) if violation.severity == "error"]
     if wrong:
         assert "\n" not in str(wrong[0])

@@ -105,7 +105,7 @@ class _Chain:
             if pnml.exists():
                 self._fault("convert", "there is a file though it was refused")
             return
-        # PNML is read as it should be, with arcs on the page of their ends: a model may be mended by that.
+        # PNML is read as it should be, with arcs on the page of their ends: a model may be fixed by that.
         if self._command("validate PNML", "validate", pnml) != ACCEPTED and self.passage.is_valid:
             self._fault("convert", "what was valid is not valid as PNML")
         if self._command("convert back", "convert", pnml, "-o", back) == REFUSED:

@@ -12,8 +12,8 @@ from dineros.metamodel.constraints.wording import describe
 from dineros.metamodel.editing import Document
 from dineros.metamodel.editing.commands import encode_command
 from dineros.metamodel.editing.handles import subtree
-from dineros.metamodel.editing.mending import mend
 from dineros.metamodel.editing.offered import follows_from_text, name_of
+from dineros.metamodel.editing.violation_fixes import fix_of
 from dineros.metamodel.elements import is_within
 from dineros.metamodel.files.schema import Feature, Kind, class_of
 
@@ -99,12 +99,12 @@ def _handle(document: Document, element: EObject) -> str:
     return handle
 
 
-def _mend(violation: Violation, document: Document) -> dict[str, Any]:
-    found = mend(violation, document.handles)
+def _fix(violation: Violation, document: Document) -> dict[str, Any]:
+    found = fix_of(violation, document.handles)
     if found is None:
         return {}
     commands = [encode_command(each) for each in found.commands]
-    return {"mend": {"label": found.label, "commands": commands}}
+    return {"fixedBy": {"label": found.label, "commands": commands}}
 
 
 def marks_json(document: Document, violations: list[Violation]) -> dict[str, Any]:
@@ -113,8 +113,8 @@ def marks_json(document: Document, violations: list[Violation]) -> dict[str, Any
     Returns
     -------
     dict
-        ``errors`` and ``warnings``: how many; ``marks``: the first of them, with the commands that ``mend``
-        them where there are some.
+        ``errors`` and ``warnings``: how many; ``marks``: the first of them, with the commands that fix
+        them where there are some (``fixedBy``).
     """
     marks = []
     for violation in violations[:MOST_MARKS]:
@@ -131,7 +131,7 @@ def marks_json(document: Document, violations: list[Violation]) -> dict[str, Any
                 "severity": violation.severity,
                 "message": violation.message,
                 "fix": violation.fix,
-                **_mend(violation, document),
+                **_fix(violation, document),
             }
         )
     errors = sum(violation.severity == "error" for violation in violations)

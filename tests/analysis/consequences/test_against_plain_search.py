@@ -1,4 +1,4 @@
-"""The consequences of each cause are what a check no longer finds where the modeller mends that cause.
+"""The consequences of each cause are what a check no longer finds where the modeller fixes that cause.
 
 The models are chains of nodes: each passes a message on to the next one. Faults are put into them at random.
 A model without one of them is built anew by the test, and checked as a whole, without any folding.
@@ -126,7 +126,7 @@ def test_consequences_are_what_is_gone_with_their_cause(seed: int) -> None:
     fold_consequences(model, report, budget)
     listed = {fault_of(each): keys(list(each.consequences)) for each in report.findings if each.consequences}
     assert None not in listed
-    # A fault that another one hides is found only where that one is mended.
+    # A fault that another one hides is found only where that one is fixed.
     known = {fault_of(each): (each.rule, each.elements) for each in found_causes}
     alone = {fault: before - found(length, faults.difference({fault})) for fault in known}
     together = before - found(length, faults.difference(known)) - set().union(*alone.values())

@@ -1,4 +1,4 @@
-"""Consequences fold under their causes, and only what is gone where these are mended."""
+"""Consequences fold under their causes, and only what is gone where these are fixed."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.checks.check import check
 from dineros.analysis.checks.unused import unused_parts
-from dineros.analysis.consequences import folding, mending
+from dineros.analysis.consequences import cause_fixes, folding
 from dineros.analysis.consequences.folding import fold_consequences
 from dineros.analysis.consequences.used import disproved
 from dineros.analysis.model.subject import base_subject
@@ -49,7 +49,7 @@ def test_what_a_circle_causes() -> None:
 
 
 def unrelated(model: sym.SystemModel) -> sym.SystemModel:
-    """Add a node with a transition that never fires, whatever else is mended."""
+    """Add a node with a transition that never fires, whatever else is fixed."""
     other = sym.NodeNet(id="other", net=model)
     flow(sym.Place(id="Never", page=other), sym.Transition(id="Idle", page=other))
     flow(sym.Place(id="Once", tokens=1, page=other), sym.Transition(id="Begin", page=other))
@@ -79,7 +79,7 @@ def calling_on_each_response(other_cause: bool = False) -> sym.SystemModel:
     return model
 
 
-def test_what_a_circle_causes_that_no_thread_mends() -> None:
+def test_what_a_circle_causes_that_no_thread_fixes() -> None:
     """Its calls get time-outs: what comes after them is a consequence."""
     report = folded(calling_on_each_response(), Budget(seconds=300))
     (found,) = (each for each in report.findings if each.rule == "callback-deadlock")
@@ -156,8 +156,8 @@ def test_what_callbacks_cause_that_share_a_lock() -> None:
     assert consequences(report.findings[0]) == [("dead-transition", "Unlocks")]
 
 
-def test_nothing_folds_where_no_change_mends_the_cause(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(mending, "_with_time_outs", lambda *_: None)
+def test_nothing_folds_where_no_change_fixes_the_cause(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cause_fixes, "_with_time_outs", lambda *_: None)
     before = check(sharing_a_lock())
     after = folded(sharing_a_lock())
     assert faults(before.findings) == faults(after.findings)
@@ -165,7 +165,7 @@ def test_nothing_folds_where_no_change_mends_the_cause(monkeypatch: pytest.Monke
 
 
 def test_what_no_run_settles_stays_where_the_answer_stays_open(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A run of the mended model uses the transition; that no result is lost takes all markings."""
+    """A run of the fixed model uses the transition; that no result is lost takes all markings."""
     model = awaiting_result()
     report = check(model)
 
@@ -194,7 +194,7 @@ def test_nothing_folds_where_neither_a_run_nor_a_proof_settles_it(monkeypatch: p
 
 
 def test_runs_fold_what_is_never_used_without_all_markings(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of ports that do not match it is known what mends them: no question is asked again."""
+    """Of ports that do not match it is known what fixes them: no question is asked again."""
     model = unmatched()
     report = check(model)
     monkeypatch.setattr(folding, "check", None)
@@ -204,20 +204,20 @@ def test_runs_fold_what_is_never_used_without_all_markings(monkeypatch: pytest.M
 
 
 def test_a_cause_gets_the_time_that_others_leave(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Its part of the time is not enough to find what mends it; the other cause needs hardly any."""
+    """Its part of the time is not enough to find what fixes it; the other cause needs hardly any."""
     model = program("same_group")
     pictures(model)
     report, asked = check(model), list[str]()
 
-    def slow(copied: sym.SystemModel, cause: Finding, budget: Budget) -> mending.Mend | None:
+    def slow(copied: sym.SystemModel, cause: Finding, budget: Budget) -> cause_fixes.Fix | None:
         asked.append(cause.rule)
         if cause.rule == "callback-deadlock" and asked.count(cause.rule) == 1:
             while not budget.is_over:
                 time.sleep(0.01)
             budget.check_time()
-        return mending.mend_of(copied, cause, budget)
+        return cause_fixes.fix_of(copied, cause, budget)
 
-    monkeypatch.setattr(folding, "mend_of", slow)
+    monkeypatch.setattr(folding, "fix_of", slow)
     fold_consequences(model, report, Budget(seconds=20).begun())
     assert asked == ["callback-deadlock", "ports-not-matched", "callback-deadlock"]
     found = {each.rule: consequences(each) for each in report.findings if each.severity != "note"}
@@ -273,7 +273,7 @@ def test_a_late_subscriber_of_a_topic_that_keeps_its_messages_is_no_cause() -> N
     assert not report.findings[0].consequences
 
 
-def test_a_latched_topic_with_best_effort_is_mended_by_reliability() -> None:
+def test_a_latched_topic_with_best_effort_is_fixed_by_reliability() -> None:
     model = talk(reader=sym.Lifecycle(), tokens=1, depth=1)
     find(model, "Hear", sym.Transition).outgoing.clear()
     flow(find(model, "Hear", sym.Transition), sym.Place(id="Done", page=find(model, "listener", sym.NodeNet)))
@@ -288,7 +288,7 @@ def test_a_latched_topic_with_best_effort_is_mended_by_reliability() -> None:
 
 
 def test_what_runs_did_not_meet_is_not_disproved() -> None:
-    """A service that never returns is not mended where no run has called it."""
+    """A service that never returns is not fixed where no run has called it."""
     model = program("same_group")
     subject = base_subject(model)
     found = unused_parts(subject, set(range(len(subject.net.transitions))))

@@ -11,7 +11,7 @@ from dineros.analysis.answers.budget import Budget
 from dineros.analysis.callbacks import searching
 from dineros.analysis.callbacks.waiting import Waiting
 from dineros.analysis.callbacks.walking import Walks
-from dineros.analysis.consequences import mending
+from dineros.analysis.consequences import cause_fixes
 from dineros.analysis.consequences.together import fewest_causes
 from dineros.analysis.model.subject import base_subject
 from dineros.analysis.witnesses.findings import Finding
@@ -41,7 +41,7 @@ def lamps(*sizes: int) -> sym.SystemModel:
 
 
 def together(finding: Finding, transition: str) -> list[str]:
-    """Return the causes that must be mended, too, before a transition can fire."""
+    """Return the causes that must be fixed, too, before a transition can fire."""
     (names,) = [
         [other.elements[0] for other in each.together]
         for each in finding.consequences
@@ -51,7 +51,7 @@ def together(finding: Finding, transition: str) -> list[str]:
 
 
 def test_what_two_causes_have_in_common() -> None:
-    """It is gone only where both are mended, and is listed under the first, with the other one."""
+    """It is gone only where both are fixed, and is listed under the first, with the other one."""
     report = folded(lamps(2))
     assert faults(report.findings) == ["unsatisfiable-clause"] * 2
     assert ("dead-transition", "Shine1") in consequences(report.findings[0])
@@ -76,7 +76,7 @@ def test_a_consequence_of_two_causes_names_no_third_one() -> None:
 
 
 def test_the_fewest_causes_of_each_consequence() -> None:
-    """Compared with all subsets; a consequence is gone if one of its sets of causes is mended."""
+    """Compared with all subsets; a consequence is gone if one of its sets of causes is fixed."""
     for seed in range(200):
         chance = Random(seed)
         causes = list(range(chance.randint(2, 5)))
@@ -143,7 +143,7 @@ def call(
 @pytest.mark.long
 def test_a_circle_that_others_hide_is_a_cause_together_with_them(monkeypatch: pytest.MonkeyPatch) -> None:
     """The second call waits for the own thread, too, which shows only if its server ever answers."""
-    monkeypatch.setattr(mending, "MOST_MODELS", 0)  # time-outs only, which mend one call each
+    monkeypatch.setattr(cause_fixes, "MOST_MODELS", 0)  # time-outs only, which fix one call each
     report = folded(calling_either(), Budget(seconds=300))
     causes = {each.elements[0]: each for each in report.findings if each.severity != "note"}
     assert {each.rule for each in causes.values()} == {"callback-deadlock"}

@@ -70,10 +70,10 @@ def test_a_remedy_makes_the_net_bounded(net: CompiledNet) -> None:
     left = [p for p in range(len(net.places)) if p not in remedy.counters]
     small = without_places(net, remedy.counters)
     weights = {left.index(place): weight for place, weight in remedy.weights.items()}
-    mended = with_credits(small, weights, remedy.credits)
-    maximal = plain_karp_miller(mended)
+    fixed = with_credits(small, weights, remedy.credits)
+    maximal = plain_karp_miller(fixed)
     assert maximal is None or all(max(marking) < float("inf") for marking in maximal)
-    assert growth_of(mended, Budget(seconds=5)) is None
+    assert growth_of(fixed, Budget(seconds=5)) is None
 
 
 @pytest.mark.long

@@ -31,7 +31,7 @@ from tests.support.ros2_systems.waiting_models import (
 )
 
 OWN = "Level.client.monitor.group=Level_monitor_group"
-MENDS = {
+FIXES = {
     "same_group": [OWN],
     "one_thread": ["monitor.executor=multi", "monitor.threads=2"],
     "reentrant": ["OnTimer.group=OnTimer_group"],
@@ -58,12 +58,12 @@ def changed(model: sym.SystemModel, settings: list[str]) -> sym.SystemModel:
 
 
 @pytest.mark.parametrize("name", BLOCK)
-def test_each_program_that_blocks_is_mended(name: str, tmp_path: Path) -> None:
-    """The mended programs of real rclpy are such: `own_group`, `awaiting_own_group` and so on."""
+def test_each_program_that_blocks_is_fixed(name: str, tmp_path: Path) -> None:
+    """The fixed programs of real rclpy are such: `own_group`, `awaiting_own_group` and so on."""
     model = program(name)
     save(model, tmp_path / "before.sym.xmi")
     found = suggest_callback_groups(model)
-    assert settings(found) == MENDS[name]
+    assert settings(found) == FIXES[name]
     assert (found.is_found, found.is_proved) == (True, True)
     assert [fault.rule for fault in found.faults] == ["callback-deadlock"]
     save(model, tmp_path / "after.sym.xmi")
@@ -110,7 +110,7 @@ def changes_of(model: sym.SystemModel, size: int) -> Iterator[Changes]:
             yield changes
 
 
-def test_what_would_overflow_then_is_no_mend() -> None:
+def test_what_would_overflow_then_is_no_fix() -> None:
     """The monitor, which blocks at its first call, would publish what it hears faster than others listen."""
     model = program("same_group")
     page = find(model, "OnTimer", sym.CallbackPage)
@@ -123,10 +123,10 @@ def test_what_would_overflow_then_is_no_mend() -> None:
     assert (found.is_found, found.is_proved, found.changes) == (False, True, [])
     assert found.reason == "no change of callback groups and threads suffices"
     assert found.tried == 3
-    assert any(each.rule == "queue-overflow" for each in check(changed(model, MENDS["same_group"])).findings)
+    assert any(each.rule == "queue-overflow" for each in check(changed(model, FIXES["same_group"])).findings)
 
 
-def test_a_callback_that_waits_for_nobody_is_not_mended() -> None:
+def test_a_callback_that_waits_for_nobody_is_not_fixed() -> None:
     model = sym.SystemModel(id="alone", middleware="ros2")
     page = timer(node(model, "n"), 1.0)
     never, between = sym.Place(id="Never", page=page), sym.Place(id="Between", page=page)
@@ -171,7 +171,7 @@ def test_a_server_leaves_the_group_of_all_that_ask_it() -> None:
     assert (found.is_found, found.is_proved) == (True, True)
 
 
-def test_a_lock_of_the_model_is_not_mended() -> None:
+def test_a_lock_of_the_model_is_not_fixed() -> None:
     """Whatever threads there are: who holds the lock waits for one that needs it."""
     found = suggest_callback_groups(sharing_a_lock())
     assert (found.is_found, found.is_proved) == (False, True)

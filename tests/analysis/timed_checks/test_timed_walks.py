@@ -123,7 +123,7 @@ def test_no_circle_is_found_where_there_is_none() -> None:
 
 
 def test_what_can_be_used_once_its_cause_is_gone_is_a_consequence() -> None:
-    """In the model that is mended a transition fires in time; another one never does."""
+    """In the model that is fixed a transition fires in time; another one never does."""
     model = program("own_group")
     page = timer(node(model, "idle"), 1.0)
     page.id = "OnIdle"

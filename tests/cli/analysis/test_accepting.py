@@ -126,9 +126,9 @@ def test_only_what_is_new_counts(run: Run, faulty: Path, tmp_path: Path, format:
 def test_what_is_no_longer_found_is_counted(run: Run, faulty: Path, tmp_path: Path) -> None:
     known = tmp_path / "known.json"
     run("check", faulty, "--write-baseline", known)
-    mended = run("check", faulty, "--baseline", known, "--set", "Chatter.subscriber.Heard.limit=9")
-    assert mended.exit_code == 0
-    assert "1 finding of the baseline no longer found" in lines(mended)[-1]
+    fixed = run("check", faulty, "--baseline", known, "--set", "Chatter.subscriber.Heard.limit=9")
+    assert fixed.exit_code == 0
+    assert "1 finding of the baseline no longer found" in lines(fixed)[-1]
 
 
 def test_json_and_sarif_say_what_is_new_and_known(run: Run, faulty: Path, tmp_path: Path) -> None:

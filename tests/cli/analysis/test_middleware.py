@@ -103,8 +103,8 @@ def test_ports_that_do_not_match(run: Run, own: Path) -> None:
         "set talk.publisher.Said.qos.durability=transientLocal or "
         "talk.subscriber.Heard.qos.durability=volatile [ports-not-matched]\n"
     ) in result.stdout
-    mended = ("--set", "talk.publisher.Said.qos.durability=transientLocal")
-    assert "ports-not-matched" not in run("check", own, "--middleware", "ros2", *wanted, *mended).stdout
+    fixed = ("--set", "talk.publisher.Said.qos.durability=transientLocal")
+    assert "ports-not-matched" not in run("check", own, "--middleware", "ros2", *wanted, *fixed).stdout
     assert "[ports-match]" in run("validate", own, *wanted).stdout
 
 

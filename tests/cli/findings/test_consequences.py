@@ -71,7 +71,7 @@ def test_a_report_folds_them(run: Run, path: Path) -> None:
 
 
 def test_a_baseline_knows_them(run: Run, path: Path) -> None:
-    """Where a cause is mended by half, what was a consequence is not a new finding."""
+    """Where a cause is fixed by half, what was a consequence is not a new finding."""
     baseline = path.with_name("known.json")
     assert run("check", path, "--write-baseline", baseline).exit_code == 0
     rules = {each["rule"] for each in json.loads(baseline.read_text(encoding="utf-8"))["findings"]}

@@ -351,7 +351,7 @@ def test_handlers_that_are_no_python_stop_everything(workspace: Path) -> None:
 
 
 @pytest.mark.long
-def test_a_crash_at_any_file_is_mended_by_the_next_run(
+def test_a_crash_at_any_file_is_fixed_by_the_next_run(
     workspace: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     model = kitchen()

@@ -95,8 +95,8 @@ def test_a_part_stands_where_its_container_does() -> None:
 
 
 def test_a_violation_without_file_has_no_place() -> None:
-    violation = Violation("arc-weight", "error", pn.Arc(id="a"), "arc 'a' is wrong", "mend it")
-    assert str(violation) == "arc 'a' is wrong (mend it)"
+    violation = Violation("arc-weight", "error", pn.Arc(id="a"), "arc 'a' is wrong", "fix it")
+    assert str(violation) == "arc 'a' is wrong (fix it)"
 
 
 def test_names_with_line_breaks_and_braces_stay_on_one_line() -> None:

@@ -138,7 +138,7 @@ def sensor() -> tuple[sym.SystemModel, list[Message]]:
     """Return a sensor with three scans under way at most, and what it and the mapper say in turn."""
     turns = ["/scans", "/dones"] * 200
     messages = [(topic, 100 * MILLISECOND * count) for count, topic in enumerate(turns)]
-    model = load("examples/callbacks/sensor_mended.sym.xmi")
+    model = load("examples/callbacks/sensor_fixed.sym.xmi")
     assert isinstance(model, sym.SystemModel)
     return model, messages
 

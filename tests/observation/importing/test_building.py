@@ -209,11 +209,11 @@ def test_a_call_inside_a_callback_of_one_thread_waits_for_ever() -> None:
     system = ObservedSystem("nowhere", nodes)
     said = read('[node."/planner"]\ntimers = {}\ncallback."/plan".does = ["call /where"]\n' + COMMANDER)
     assert some_waits_for_ever(_one_request_each(to_model(system, said).model))
-    mended = read(
+    fixed = read(
         '[node."/planner"]\nthreads = 2\ntimers = {}\ngroups = {others = "exclusive"}\n'
         'callback."/plan" = {does = ["call /where"], group = "others"}\n' + COMMANDER
     )
-    assert not some_waits_for_ever(_one_request_each(to_model(system, mended).model))
+    assert not some_waits_for_ever(_one_request_each(to_model(system, fixed).model))
 
 
 def _one_request_each(model: sym.SystemModel) -> sym.SystemModel:

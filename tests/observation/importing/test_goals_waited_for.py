@@ -115,7 +115,7 @@ int main(int argc, char ** argv) {
 
 @pytest.mark.long
 def test_futures_of_cpp_and_all_that_follows_from_their_wait(tmp_path: Path) -> None:
-    """Two changes together mend it: a group of its own for the client, and a second thread."""
+    """Two changes together fix it: a group of its own for the client, and a second thread."""
     pytest.importorskip("tree_sitter_cpp")
     source = tmp_path / "src"
     source.mkdir()

@@ -30,6 +30,6 @@ def test_it_is_found_where_all_behaviour_is_open() -> None:
 
 
 @pytest.mark.long
-def test_mended_every_callback_ends() -> None:
-    found = search(to_model(robot(mended=True), given(mended=True)).model)
+def test_fixed_every_callback_ends() -> None:
+    found = search(to_model(robot(fixed=True), given(fixed=True)).model)
     assert (found.blocked, found.is_complete) == ((), True)

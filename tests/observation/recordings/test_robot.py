@@ -20,7 +20,7 @@ pytest.importorskip("rclpy")
 
 TOPICS = {port.topic for node in robot().nodes for port in node.publishers}
 SILENT = {"/obstacles", "/path", "/mission", "/speed", "/odometry"}
-"""What the robot does not say before it is mended: no picture comes, and the first path is waited for."""
+"""What the robot does not say before it is fixed: no picture comes, and the first path is waited for."""
 
 Messages = list[tuple[str, int]]
 
@@ -41,9 +41,9 @@ def recorded(path: Path, topics: set[str], *arguments: str) -> Messages:
     return messages
 
 
-def narrow(messages: Messages, mended: bool) -> Narrowed:
+def narrow(messages: Messages, fixed: bool) -> Narrowed:
     """Narrow the model of the robot by what it said; of nodes that call services, people say what they do."""
-    known, system = given(mended), robot(mended)
+    known, system = given(fixed), robot(fixed)
     callers = [node.name for node in system.nodes if node.clients]
     said = Given({name: known.node(name) for name in [*callers, "/battery"]})
     topics = [RecordedTopic(topic, "") for topic in sorted({topic for topic, _ in messages})]
@@ -53,10 +53,10 @@ def narrow(messages: Messages, mended: bool) -> Narrowed:
 
 
 @pytest.mark.long
-def test_the_mended_robot_conforms_and_every_callback_ends(tmp_path: Path) -> None:
+def test_the_fixed_robot_conforms_and_every_callback_ends(tmp_path: Path) -> None:
     """Some seconds of it; `benchmarks/running/foreign_robot.py` has over 10,000 messages."""
     messages = recorded(tmp_path, TOPICS, "--mended")
-    model = to_model(robot(mended=True), given(mended=True)).model
+    model = to_model(robot(fixed=True), given(fixed=True)).model
     topics = [RecordedTopic(topic, "") for topic in sorted(TOPICS)]
     verdict = explain(model, topics, messages, midway=True)
     assert (verdict.status, verdict.messages) == ("conforms", len(messages))
@@ -70,7 +70,7 @@ def test_the_mended_robot_conforms_and_every_callback_ends(tmp_path: Path) -> No
     assert verdict.unexplained.topic == "/mission"
     assert "/mission" not in verdict.unexplained.possible and "/path" in verdict.unexplained.possible
 
-    made = narrow(messages, mended=True)
+    made = narrow(messages, fixed=True)
     assert made.verdict.status == "conforms" and made.accepted
     found = search(made.imported.model)
     assert (found.blocked, found.is_complete) == ((), True)
@@ -79,7 +79,7 @@ def test_the_mended_robot_conforms_and_every_callback_ends(tmp_path: Path) -> No
 @pytest.mark.long
 def test_narrowed_by_what_it_says_the_robot_is_found_to_wait_for_ever(tmp_path: Path) -> None:
     messages = recorded(tmp_path, TOPICS - SILENT)
-    made = narrow(messages, mended=False)
+    made = narrow(messages, fixed=False)
     assert made.verdict.status == "conforms" and made.accepted
     found = search(made.imported.model)
     assert [str(each.circle) for each in found.blocked] == [NESTED]

@@ -1,4 +1,4 @@
-"""Nodes written by hand, on real rclpy: they block or lose where the guide says so; mended they do not."""
+"""Nodes written by hand, on real rclpy: they block or lose where the guide says so; fixed they do not."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ BLOCK = {
     "calling_each_other": 1,
 }
 """How many calls each program has begun when nothing moves any more."""
-RUN = ["own_group", "awaiting_own_group", "answer_two_threads", "calling_each_other_mended"]
-LOSES, KEEPS = "fast_sensor", "fast_sensor_mended"
+RUN = ["own_group", "awaiting_own_group", "answer_two_threads", "calling_each_other_fixed"]
+LOSES, KEEPS = "fast_sensor", "fast_sensor_fixed"
 ENOUGH = 12
 """Answers that each of those that run gets, and scans that each mapper works on."""
 
@@ -82,7 +82,7 @@ def logs(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Logs]:
 
 
 @pytest.mark.long
-def test_they_block_until_mended(logs: Logs) -> None:
+def test_they_block_until_fixed(logs: Logs) -> None:
     """Each call that a program waits for was served, and no answer comes while the others get many."""
 
     def blocks(program: str, waiting: int) -> bool:
@@ -105,7 +105,7 @@ def test_they_block_until_mended(logs: Logs) -> None:
     assert before == {program: logs.count(program, "answered") for program in BLOCK}
 
 
-def test_the_fast_sensor_loses_until_mended(logs: Logs) -> None:
+def test_the_fast_sensor_loses_until_fixed(logs: Logs) -> None:
     logs.wait(lambda: all(len(logs.scans(name)) > ENOUGH for name in (LOSES, KEEPS)), "no scans")
     kept = logs.scans(KEEPS)
     assert kept == list(range(1, len(kept) + 1))

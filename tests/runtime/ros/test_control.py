@@ -28,7 +28,7 @@ from dineros.runtime import Aside
 def configure(net):
     @net.handler("TSend"{options})
     def send(firing):
-        if not Path("mended").exists():
+        if not Path("fixed").exists():
             raise ValueError("no stamps")
 """
 JAMMED = """
@@ -37,7 +37,7 @@ from pathlib import Path
 def configure(net):
     @net.handler("TSend")
     async def send(firing):
-        if not Path("mended").exists():
+        if not Path("fixed").exists():
             net.halt("jammed")
             await asyncio.sleep(3600)
 """
@@ -165,7 +165,7 @@ def test_a_halted_node_proceeds_when_it_is_told_to(ros: Ros) -> None:
     office = ros.node("office", OPEN, FAILING.format(options=""))
     first = told(
         ros,
-        "state('halted')\nfrom pathlib import Path\nPath('mended').touch()\n"
+        "state('halted')\nfrom pathlib import Path\nPath('fixed').touch()\n"
         "ask('proceed')\nstate('running')\nask('proceed')\n",
     )
     halted, answer, running, again = first
@@ -189,7 +189,7 @@ def test_what_is_left_aside_is_released_when_it_is_told_to(ros: Ros) -> None:
     handlers = FAILING.format(options=", policy=Aside()")
     office = ros.node("office", OPEN, handlers)
     ros.wait(lambda: len(ros.records("office", "aside")) == 3, "leaving three letters aside")
-    (ros.folder / "mended").touch()
+    (ros.folder / "fixed").touch()
     (answer,) = told(ros, "ask('release')")
     assert answer == [True, "TSend may take the tokens again that were set aside"]
     ros.wait(lambda: len(ros.fired("office", "TSend")) == 3, "sending")
@@ -202,7 +202,7 @@ def test_what_a_halted_node_has_in_flight_is_released_when_it_is_told_to(ros: Ro
     office = ros.node("office", OPEN, JAMMED)
     _, released, proceeds = told(
         ros,
-        "state('halted')\nfrom pathlib import Path\nPath('mended').touch()\nask('release')\nask('proceed')\n",
+        "state('halted')\nfrom pathlib import Path\nPath('fixed').touch()\nask('release')\nask('proceed')\n",
     )
     assert released == [True, "TSend is released"]
     assert proceeds[0] is True

@@ -44,10 +44,10 @@ def trigger(name: str) -> Endpoint:
     return Endpoint(name, TRIGGER)
 
 
-def given(mended: bool = False) -> Given:
-    """Return what people know of the robot; mended, its planner takes the answer on a second thread."""
+def given(fixed: bool = False) -> Given:
+    """Return what people know of the robot; fixed, its planner takes the answer on a second thread."""
     known = read_given(FOREIGN / "robot.given.toml")
-    if not mended:
+    if not fixed:
         return known
     planner, monitor = (known.node(name) for name in ("/planner", "/monitor"))
     group = {"/where": GivenCallback((), "answers")}
@@ -61,7 +61,7 @@ def given(mended: bool = False) -> Given:
     return replace(known, nodes={**known.nodes, **changed})
 
 
-def robot(mended: bool = False) -> ObservedSystem:
+def robot(fixed: bool = False) -> ObservedSystem:
     """Return what is to be seen of the robot, written down by hand from its programs."""
     nodes = [
         ObservedNode("/sensors/lidar", publishers=(port("/scan", quality=SENSOR),)),
@@ -70,7 +70,7 @@ def robot(mended: bool = False) -> ObservedSystem:
         ObservedNode(
             "/detector",
             publishers=(port("/obstacles"),),
-            subscribers=(port("/image", quality=SENSOR if mended else USUAL),),
+            subscribers=(port("/image", quality=SENSOR if fixed else USUAL),),
         ),
         ObservedNode(
             "/localizer",
@@ -99,7 +99,7 @@ def robot(mended: bool = False) -> ObservedSystem:
         ObservedNode(
             "/monitor",
             subscribers=(
-                port("/battery_level", NUMBER, USUAL if mended else LATCHED),
+                port("/battery_level", NUMBER, USUAL if fixed else LATCHED),
                 port("/mission"),
                 port("/odometry", NUMBER),
             ),

@@ -1,4 +1,4 @@
-"""Marks with what mends them, checks and questions in a real browser."""
+"""Marks with what fixes them, checks and questions in a real browser."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ def done(hand: Hand, job: int) -> None:
     wait_until(hand.page, f"document.querySelector('#job-{job}')?.dataset.state === 'done'", 60)
 
 
-def test_a_mark_is_mended_by_its_button_and_undone(file: Path, edit: Edit, visit: NewVisit) -> None:
+def test_a_mark_is_fixed_by_its_button_and_undone(file: Path, edit: Edit, visit: NewVisit) -> None:
     document, handle = edit(file)
     hand = Hand(visit().page, handle.url)
     page = hand.page
     hand.open("talker")
     hand.click("Words")
     hand.fill("tokens", "-1")
-    wait_until(page, "document.querySelector('#form .mend') !== null")
+    wait_until(page, "document.querySelector('#form .fix') !== null")
     page.locator("#form").get_by_role("button", name="Fix: 0 tokens").click()
     hand.idle()
     assert page.locator("#field-tokens").input_value() == "0"

@@ -68,8 +68,8 @@ def test_a_check_tells_of_elements_and_its_witness_is_played(file: Path, edit: E
         refused = tab.ask("play", action="open", job=job["job"], witness=lost["witness"])
         assert refused["type"] == "refused" and "tokens that differ" in refused["reason"]
         assert load(file).pages[0].objects[0].tokens == 3  # type: ignore[attr-defined]
-        mended = done(tab, kind="find", marking="Noted >= 2", signals="none")
-        assert mended["result"]["status"] == "unreachable" and mended["revision"] == 1
+        fixed = done(tab, kind="find", marking="Noted >= 2", signals="none")
+        assert fixed["result"]["status"] == "unreachable" and fixed["revision"] == 1
 
 
 @pytest.mark.long

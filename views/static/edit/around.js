@@ -83,13 +83,13 @@ export function showHint(model, sheet, isEmpty, insert) {
 }
 
 /** A button that fixes what is wrong, where commands do. @type {(mark: Mark, act: (commands: Command[], label: string) => void) => HTMLElement | null} */
-export function mender({ mend, message }, act) {
-  if (mend === undefined) return null;
-  const { label, commands } = mend;
+export function fixButton({ fixedBy, message }, act) {
+  if (fixedBy === undefined) return null;
+  const { label, commands } = fixedBy;
   return make(
     "button",
     {
-      class: "mend",
+      class: "fix",
       "aria-label": `Fix: ${label} (${message})`,
       onclick: () => act(commands, `fix: ${label}`),
     },
@@ -109,7 +109,7 @@ export function showMarks(model, go, act) {
         "li",
         { class: severity },
         make("button", { onclick: () => element !== null && go(element) }, `${message} (${fix})`),
-        mender(mark, act),
+        fixButton(mark, act),
       );
     }),
   );

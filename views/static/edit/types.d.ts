@@ -59,7 +59,7 @@ export interface Mark {
   severity: "error" | "warning";
   message: string;
   fix: string;
-  mend?: { label: string; commands: Command[] };
+  fixedBy?: { label: string; commands: Command[] };
 }
 
 export interface Marks {

@@ -15,7 +15,7 @@ from dineros.runtime.ros.channels.quality import LossCounter, most_known
 from dineros.runtime.ros.conversion.interfaces import InterfaceError, load_interface
 from dineros.runtime.ros.conversion.mappings import ConversionError, MappedCodec, _converted, _type
 from dineros.runtime.ros.process.environment import fast_dds_profile, ros_environment
-from dineros.runtime.ros.wheels import mend_paths
+from dineros.runtime.ros.wheels import correct_paths
 
 FIELDS = TokenType(
     "Token",
@@ -258,12 +258,12 @@ def test_wrong_domain(tmp_path: Path) -> None:
         ros_environment(tmp_path, 102)
 
 
-def test_paths_of_wheels_are_mended_once(tmp_path: Path) -> None:
+def test_paths_of_wheels_are_fixed_once(tmp_path: Path) -> None:
     file = tmp_path / "share/std_msgs/cmake/export.cmake"
     file.parent.mkdir(parents=True)
     numpy = "/opt/python/cp311-cp311/lib/python3.11/site-packages/numpy/_core/include"
     file.write_text(f'INCLUDE "/opt/python/cp311-cp311/include/python3.11;{numpy}"\n')
-    assert mend_paths(tmp_path) == [file]
+    assert correct_paths(tmp_path) == [file]
     folders = file.read_text().split('"')[1].split(";")
     assert all(Path(folder).is_dir() for folder in folders)
-    assert mend_paths(tmp_path) == []
+    assert correct_paths(tmp_path) == []

@@ -1,7 +1,7 @@
 // The form of an element: its attributes, references and parts, as the metamodel describes them.
 
 import { make } from "../../elements.js";
-import { mender } from "../around.js";
+import { fixButton } from "../around.js";
 import { clauseHelp } from "./clause.js";
 import { inWords, isOffered, optionFor, typesFor } from "./making.js";
 import { fieldsOf } from "./token_form.js";
@@ -69,7 +69,7 @@ export function showForm(panel, model, element, asked) {
         { class: `mark ${mark.severity}`, role: "note" },
         mark.message,
         make("small", {}, mark.fix),
-        mender(mark, asked.act),
+        fixButton(mark, asked.act),
       ),
     ),
     ...asked.found(element),

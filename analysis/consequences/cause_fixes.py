@@ -51,11 +51,11 @@ CHANGES_SHARE = 0.5
 ENOUGH = 10
 """Tokens that a place may still hold whose growth is stopped: few of them would fix more than that."""
 
-Mend = Callable[[sym.SystemModel], None]
+Fix = Callable[[sym.SystemModel], None]
 """Changes a copy of the model in place."""
 
 
-def mend_of(model: sym.SystemModel, finding: Finding, budget: Budget) -> Mend | None:
+def fix_of(model: sym.SystemModel, finding: Finding, budget: Budget) -> Fix | None:
     """Return the change that removes a fault from a model; None if no such change is known.
 
     Parameters
@@ -72,13 +72,13 @@ def mend_of(model: sym.SystemModel, finding: Finding, budget: Budget) -> Mend | 
     BudgetExceededError
         If time runs out.
     """
-    find_mend = _MENDS.get(finding.rule)
-    return None if find_mend is None else find_mend(model, finding, budget)
+    find_fix = _FIXES.get(finding.rule)
+    return None if find_fix is None else find_fix(model, finding, budget)
 
 
 def is_cause(finding: Finding) -> bool:
     """Return whether a fault is of a kind that may have consequences."""
-    return finding.rule in _MENDS
+    return finding.rule in _FIXES
 
 
 def is_effect(finding: Finding) -> bool:
@@ -91,20 +91,20 @@ def is_proved(rule: str) -> bool:
     return rule in (Callbacks.CIRCLE.rule, Matching.NOT_MATCHED.rule, Clauses.UNSATISFIABLE.rule)
 
 
-def _against_mismatch(model: sym.SystemModel, finding: Finding, budget: Budget) -> Mend | None:
+def _against_mismatch(model: sym.SystemModel, finding: Finding, budget: Budget) -> Fix | None:
     channel, publisher, subscriber = finding.elements
 
-    def mend(copied: sym.SystemModel) -> None:
+    def fix(copied: sym.SystemModel) -> None:
         topic = find(copied, channel, sym.TopicChannel)
         offers = next(port for port in topic.publishers if port.place.id == publisher)
         asks = next(port for port in topic.subscribers if port.place.id == subscriber)
         while (found := mismatch(offers, asks)) is not None:
             apply(copied, found.settings[0])
 
-    return mend
+    return fix
 
 
-def _against_absence(model: sym.SystemModel, finding: Finding, budget: Budget) -> Mend | None:
+def _against_absence(model: sym.SystemModel, finding: Finding, budget: Budget) -> Fix | None:
     """Let the publisher keep its messages for who comes later; None if the model is changed so already.
 
     A message that was kept reaches who comes later only if it is repeated until it arrives.
@@ -124,11 +124,11 @@ def _against_absence(model: sym.SystemModel, finding: Finding, budget: Budget) -
     return _settings(settings) if settings else None
 
 
-def _against_clause(model: sym.SystemModel, finding: Finding, budget: Budget) -> Mend | None:
+def _against_clause(model: sym.SystemModel, finding: Finding, budget: Budget) -> Fix | None:
     return lambda copied: remove_clause(find(copied, finding.elements[0], sym.Transition))
 
 
-def _against_unheard(model: sym.SystemModel, finding: Finding, budget: Budget) -> Mend | None:
+def _against_unheard(model: sym.SystemModel, finding: Finding, budget: Budget) -> Fix | None:
     action = find(model, finding.elements[0], sym.ActionChannel)
     node = node_net_of(action.server.page)
     if node is None:
@@ -137,14 +137,14 @@ def _against_unheard(model: sym.SystemModel, finding: Finding, budget: Budget) -
     return _settings([f"{node.id}.executor=multi", f"{node.id}.threads={threads}"])
 
 
-def _against_waiting(model: sym.SystemModel, finding: Finding, budget: Budget) -> Mend | None:
+def _against_waiting(model: sym.SystemModel, finding: Finding, budget: Budget) -> Fix | None:
     """Search for the fewest changes after which the callbacks of a circle do not wait in one."""
     circle = _circle_of(finding)
     if circle is None:
         return None
     pages = _pages_in(circle)
     order, known, tried = count(), {Changes()}, 0
-    without_circle: Mend | None = None
+    without_circle: Fix | None = None
     queue = _added(Changes(), circle, known, order)
     trying = budget.share(CHANGES_SHARE)
     while queue and tried < MOST_MODELS and not trying.is_over:
@@ -158,19 +158,19 @@ def _against_waiting(model: sym.SystemModel, finding: Finding, budget: Budget) -
             break
         if blocked is None:
             continue
-        mend = _settings([setting for _, each in changes.steps(model) for setting in each])
+        fix = _settings([setting for _, each in changes.steps(model) for setting in each])
         if not blocked:
-            return mend
+            return fix
         left = next((each.circle for each in blocked if each.circle is not None), None)
         if left is None:  # they wait for something else: another fault
-            without_circle = without_circle or mend
+            without_circle = without_circle or fix
             continue
         for more in _added(changes, left, known, order):
             heapq.heappush(queue, more)
     return _with_time_outs(model, circle, pages, budget) or without_circle
 
 
-def let_calls_end(model: sym.SystemModel, finding: Finding, budget: Budget) -> Mend | None:
+def let_calls_end(model: sym.SystemModel, finding: Finding, budget: Budget) -> Fix | None:
     """Return time-outs for the calls of callbacks that wait in a circle; None if they wait all the same.
 
     This is cheaper than a search for groups and threads, and lets the callbacks do more.
@@ -195,10 +195,10 @@ def _pages_in(circle: Circle) -> set[str]:
     return {waiter.element for waiter in circle.waiters if waiter.kind == "callback"}
 
 
-def _with_time_outs(model: sym.SystemModel, circle: Circle, pages: set[str], budget: Budget) -> Mend | None:
+def _with_time_outs(model: sym.SystemModel, circle: Circle, pages: set[str], budget: Budget) -> Fix | None:
     """Let the callbacks of a circle end without responses; None if they wait all the same."""
 
-    def mend(copied: sym.SystemModel) -> None:
+    def fix(copied: sym.SystemModel) -> None:
         for service in channels(copied, sym.ServiceChannel):
             if service.id in circle.elements:
                 for client in service.clients:
@@ -208,8 +208,8 @@ def _with_time_outs(model: sym.SystemModel, circle: Circle, pages: set[str], bud
 
     copied, _ = deep_copy(model)
     assert isinstance(copied, sym.SystemModel)
-    mend(copied)
-    return mend if _blocked(copied, pages, budget) == [] else None
+    fix(copied)
+    return fix if _blocked(copied, pages, budget) == [] else None
 
 
 def _end_call(client: sym.ClientPort) -> None:
@@ -217,19 +217,19 @@ def _end_call(client: sym.ClientPort) -> None:
     client.timeout, client.timedOut = client.timeout or 1.0, client.response
 
 
-def _against_lost_request(model: sym.SystemModel, finding: Finding, budget: Budget) -> Mend | None:
+def _against_lost_request(model: sym.SystemModel, finding: Finding, budget: Budget) -> Fix | None:
     """Let the client of a request that is lost with its server continue without the response."""
     channel, asked = finding.elements[0], set(finding.elements)
 
-    def mend(copied: sym.SystemModel) -> None:
+    def fix(copied: sym.SystemModel) -> None:
         for client in find(copied, channel, sym.ServiceChannel).clients:
             if client.request.id in asked:
                 _end_call(client)
 
-    return mend
+    return fix
 
 
-def _against_endless(model: sym.SystemModel, finding: Finding, budget: Budget) -> Mend | None:
+def _against_endless(model: sym.SystemModel, finding: Finding, budget: Budget) -> Fix | None:
     """Provide what a callback waits for: a time-out in place of a response, otherwise a new transition."""
     witness = finding.witness
     if witness is None or witness.subject is None:
@@ -248,7 +248,7 @@ def _against_endless(model: sym.SystemModel, finding: Finding, budget: Budget) -
     if not lacking or (is_copied and not copied_places.isdisjoint(set(lacking) - clients.keys())):
         return None  # a giver outside of a page that is copied would give to none of the copies
 
-    def mend(copied: sym.SystemModel) -> None:
+    def fix(copied: sym.SystemModel) -> None:
         for service in channels(copied, sym.ServiceChannel):
             for client in service.clients:
                 if client.response.id in lacking:
@@ -257,7 +257,7 @@ def _against_endless(model: sym.SystemModel, finding: Finding, budget: Budget) -
             if id not in clients:
                 _give(find(copied, id, pn.Place))
 
-    return mend
+    return fix
 
 
 def _give(place: pn.Place) -> None:
@@ -280,7 +280,7 @@ def _empty(place: pn.Place, most: int) -> None:
     emptied.incoming[0].weight = most
 
 
-def _against_growth(model: sym.SystemModel, finding: Finding, budget: Budget) -> Mend | None:
+def _against_growth(model: sym.SystemModel, finding: Finding, budget: Budget) -> Fix | None:
     """Stop the growth where a capacity does; None if clients would have to wait for an acknowledgement.
 
     If no transition and no property reads a growing place, its tokens are left out, which changes nothing
@@ -310,7 +310,7 @@ def _against_growth(model: sym.SystemModel, finding: Finding, budget: Budget) ->
     for id in asked:
         grown[id] = ENOUGH
 
-    def mend(copied: sym.SystemModel) -> None:
+    def fix(copied: sym.SystemModel) -> None:
         for id, most in grown.items():
             if most:
                 find(copied, id, sym.Place).capacity = most
@@ -323,7 +323,7 @@ def _against_growth(model: sym.SystemModel, finding: Finding, budget: Budget) ->
                     arc.target.incoming.remove(arc)
                     page.arcs.remove(arc)
 
-    return mend if grown else None
+    return fix if grown else None
 
 
 _Entry = tuple[tuple[int, int, int, int], int, Changes]
@@ -349,15 +349,15 @@ def _is_of(blocked: Blocked, pages: set[str]) -> bool:
     return any(waiter.kind == "callback" and waiter.element in pages for waiter in inside)
 
 
-def _settings(settings: Sequence[str]) -> Mend:
-    def mend(copied: sym.SystemModel) -> None:
+def _settings(settings: Sequence[str]) -> Fix:
+    def fix(copied: sym.SystemModel) -> None:
         for setting in settings:
             apply(copied, setting)
 
-    return mend
+    return fix
 
 
-_MENDS: dict[str, Callable[[sym.SystemModel, Finding, Budget], Mend | None]] = {
+_FIXES: dict[str, Callable[[sym.SystemModel, Finding, Budget], Fix | None]] = {
     Matching.NOT_MATCHED.rule: _against_mismatch,
     Clauses.UNSATISFIABLE.rule: _against_clause,
     Presence.MISSED.rule: _against_absence,

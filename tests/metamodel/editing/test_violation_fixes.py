@@ -1,4 +1,4 @@
-"""What mends a violation takes it away, adds no error, and can be undone."""
+"""What fixes a violation takes it away, adds no error, and can be undone."""
 
 from __future__ import annotations
 
@@ -7,21 +7,21 @@ import pytest
 from dineros.metamodel.constraints import all_constraints, validate
 from dineros.metamodel.editing.changes import undo
 from dineros.metamodel.editing.editor import Editor
-from dineros.metamodel.editing.mending import _MENDS, mend
+from dineros.metamodel.editing.violation_fixes import _FIXES, fix_of
 from dineros.metamodel.files.xmi import xmi_bytes
 from tests.support.broken import CASES
 from tests.support.broken.cases import Case
 
-MENDED = [case for case in CASES if case.constraint in _MENDS]
+FIXED = [case for case in CASES if case.constraint in _FIXES]
 
 
-def test_mends_are_of_constraints_that_there_are() -> None:
-    assert set(_MENDS) <= {each.name for each in all_constraints()}
-    assert {case.constraint for case in MENDED} == set(_MENDS)
+def test_fixes_are_of_constraints_that_there_are() -> None:
+    assert set(_FIXES) <= {each.name for each in all_constraints()}
+    assert {case.constraint for case in FIXED} == set(_FIXES)
 
 
-@pytest.mark.parametrize("case", MENDED, ids=str)
-def test_a_mend_takes_the_violation_away(case: Case) -> None:
+@pytest.mark.parametrize("case", FIXED, ids=str)
+def test_a_fix_takes_the_violation_away(case: Case) -> None:
     small = case.make()
     case.break_(small)
     editor = Editor(small.net)
@@ -29,7 +29,7 @@ def test_a_mend_takes_the_violation_away(case: Case) -> None:
     drawn = xmi_bytes(small.net) if is_finite else b""
     before = validate(small.net)
     found = [each for each in before if each.constraint == case.constraint]
-    first = mend(found[0], editor.handles)
+    first = fix_of(found[0], editor.handles)
     if first is None:
         assert case.constraint in ("arc-on-page-of-its-ends", "read-or-inhibitor-arc-from-place")
         return

@@ -18,7 +18,7 @@ from dineros.metamodel.errors import counted
 
 
 @dataclass(frozen=True)
-class Mend:
+class Fix:
     """Commands that fix a violation.
 
     Attributes
@@ -33,7 +33,7 @@ class Mend:
     commands: tuple[Command, ...]
 
 
-def mend(violation: Violation, handles: Handles) -> Mend | None:
+def fix_of(violation: Violation, handles: Handles) -> Fix | None:
     """Return the fix of a violation; None: the modeller has to choose.
 
     Parameters
@@ -43,32 +43,32 @@ def mend(violation: Violation, handles: Handles) -> Mend | None:
     handles : Handles
         The handles of the model's objects.
     """
-    make = _MENDS.get(violation.constraint)
+    make = _FIXES.get(violation.constraint)
     handle = handles.of(violation.element)
     return None if make is None or handle is None else make(violation.element, handle, handles)
 
 
-_Make = Callable[[Any, str, Handles], Mend | None]
+_Make = Callable[[Any, str, Handles], Fix | None]
 
 
 def _set(feature: str, value: Value, words: str) -> _Make:
     """Set a feature to a value; None means its default, or no object."""
-    return lambda _, handle, __: Mend(words, (Set(handle, feature, value),))
+    return lambda _, handle, __: Fix(words, (Set(handle, feature, value),))
 
 
-def _delete(_: EObject, handle: str, __: Handles) -> Mend:
-    return Mend("delete it", (Delete((handle,)),))
+def _delete(_: EObject, handle: str, __: Handles) -> Fix:
+    return Fix("delete it", (Delete((handle,)),))
 
 
-def _turn_around(arc: pn.Arc, handle: str, handles: Handles) -> Mend | None:
+def _turn_around(arc: pn.Arc, handle: str, handles: Handles) -> Fix | None:
     """Turn an arc, so that it leads from the place to the transition."""
     source, target = handles.of(arc.source), handles.of(arc.target)
     if source is None or target is None:
         return None
-    return Mend("turn it around", (Set(handle, "source", target), Set(handle, "target", source)))
+    return Fix("turn it around", (Set(handle, "source", target), Set(handle, "target", source)))
 
 
-def _one_arc(arc: pn.Arc, handle: str, handles: Handles) -> Mend | None:
+def _one_arc(arc: pn.Arc, handle: str, handles: Handles) -> Fix | None:
     """Add the weights of two normal arcs; of other arcs, keep the heavier one."""
     others = [
         each
@@ -80,34 +80,34 @@ def _one_arc(arc: pn.Arc, handle: str, handles: Handles) -> Mend | None:
         return None
     is_normal = arc.kind == pn.ArcKind.normal
     weight = arc.weight + others[0].weight if is_normal else max(arc.weight, others[0].weight)
-    return Mend(f"one arc of the weight {weight}", (Set(first, "weight", weight), Delete((handle,))))
+    return Fix(f"one arc of the weight {weight}", (Set(first, "weight", weight), Delete((handle,))))
 
 
-def _to_page_of_ends(arc: pn.Arc, handle: str, handles: Handles) -> Mend | None:
+def _to_page_of_ends(arc: pn.Arc, handle: str, handles: Handles) -> Fix | None:
     page = arc.source.page
     owner = None if page is None else handles.of(page)
-    return None if owner is None else Mend("move it there", (Place(handle, owner, "arcs"),))
+    return None if owner is None else Fix("move it there", (Place(handle, owner, "arcs"),))
 
 
-def _more_capacity(place: sym.Place, handle: str, _: Handles) -> Mend:
-    return Mend(f"a capacity of {place.tokens}", (Set(handle, "capacity", place.tokens),))
+def _more_capacity(place: sym.Place, handle: str, _: Handles) -> Fix:
+    return Fix(f"a capacity of {place.tokens}", (Set(handle, "capacity", place.tokens),))
 
 
-def _more_in_hand(port: sym.SubscriberPort, handle: str, _: Handles) -> Mend:
-    return Mend(f"{port.place.tokens} in hand", (Set(handle, "inHand", port.place.tokens),))
+def _more_in_hand(port: sym.SubscriberPort, handle: str, _: Handles) -> Fix:
+    return Fix(f"{port.place.tokens} in hand", (Set(handle, "inHand", port.place.tokens),))
 
 
-def _more_tokens(place: sym.Place, handle: str, _: Handles) -> Mend:
+def _more_tokens(place: sym.Place, handle: str, _: Handles) -> Fix:
     count = len(place.balloons)
-    return Mend(counted(count, "token"), (Set(handle, "tokens", count),))
+    return Fix(counted(count, "token"), (Set(handle, "tokens", count),))
 
 
-def _later(lifecycle: sym.Lifecycle, handle: str, _: Handles) -> Mend:
+def _later(lifecycle: sym.Lifecycle, handle: str, _: Handles) -> Fix:
     step = lifecycle.configureStep + 1
-    return Mend(f"activate it in step {step}", (Set(handle, "activateStep", step),))
+    return Fix(f"activate it in step {step}", (Set(handle, "activateStep", step),))
 
 
-_MENDS: dict[str, _Make] = {
+_FIXES: dict[str, _Make] = {
     "arc-weight": _set("weight", 1, "a weight of 1"),
     "arc-not-doubled": _one_arc,
     "arc-on-page-of-its-ends": _to_page_of_ends,
