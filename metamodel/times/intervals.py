@@ -1,4 +1,4 @@
-"""Copies of firing intervals: each element of a model owns its interval."""
+"""New firing intervals: each element of a model owns its interval."""
 
 from __future__ import annotations
 
@@ -15,3 +15,8 @@ def copied_interval(interval: pn.TimeInterval | None) -> pn.TimeInterval | None:
         earliestExcluded=interval.earliestExcluded,
         latestExcluded=interval.latestExcluded,
     )
+
+
+def exactly(seconds: float | None) -> pn.TimeInterval:
+    """Return the interval of one moment; without a number of seconds, the default interval."""
+    return pn.TimeInterval() if seconds is None else pn.TimeInterval(earliest=seconds, latest=seconds)

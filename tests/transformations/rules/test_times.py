@@ -15,7 +15,7 @@ from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.times.given import says_times
 from dineros.metamodel.times.rates import on_the_way
 from dineros.transformations.flattening.flatten import flatten
-from dineros.transformations.rules.queries.times import CallsOnTheWay, OnTheWay
+from dineros.transformations.rules.queries.message_times import CallsOnTheWay, OnTheWay
 from tests.support.timed_systems.counted import COUNTED
 from tests.support.timed_systems.models import model_of
 

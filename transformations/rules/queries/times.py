@@ -1,4 +1,4 @@
-"""Queries about times: intervals, numbers of clocks, waits."""
+"""Queries about the times of callbacks, transitions and nodes: intervals, numbers of clocks, waits."""
 
 from __future__ import annotations
 
@@ -10,28 +10,18 @@ from dineros.metamodel.elements import node_net_of
 from dineros.metamodel.times.given import (
     default_times,
     duration_of,
-    gives_up_in_time,
-    goals_taken_until,
-    latency_between,
-    latency_of_calls,
-    lifespan_between,
     period_of,
     reaction_of,
-    results_taken_until,
     runs_at_once,
     waits,
 )
 from dineros.metamodel.times.handlers import handled_until, is_kept_back
-from dineros.metamodel.times.intervals import copied_interval
+from dineros.metamodel.times.intervals import copied_interval, exactly
 from dineros.metamodel.times.orders import keeps_order
 from dineros.metamodel.times.overlaps import runs_overlapping
-from dineros.metamodel.times.rates import ages_at_once, on_the_way, publishes_without_end
+from dineros.metamodel.times.rates import publishes_without_end
 from dineros.transformations.language.datatypes import REAL, TRUTH, WHOLE
 from dineros.transformations.language.functions import Query
-
-
-def _exactly(seconds: float | None) -> pn.TimeInterval:
-    return pn.TimeInterval() if seconds is None else pn.TimeInterval(earliest=seconds, latest=seconds)
 
 
 class RunsCallbacks(Query):
@@ -72,7 +62,7 @@ class Period(Query):
 
     @staticmethod
     def _answer(page: sym.CallbackPage) -> pn.TimeInterval:
-        return _exactly(page.timer)
+        return exactly(page.timer)
 
 
 class Offset(Query):
@@ -212,155 +202,6 @@ class RunsOn(Query):
     def _answer(place: pn.Place) -> int:
         page = callback_page_of(place)
         return 1 if page is None or page.kind == sym.CallbackKind.goal else runs_at_once(page)
-
-
-class Latency(Query):
-    """Latency of a message from a publisher to a subscriber."""
-
-    eclass = pn.TimeInterval
-    _words = "latency from {} to {}"
-
-    @staticmethod
-    def _answer(writer: sym.PublisherPort, reader: sym.SubscriberPort) -> pn.TimeInterval | None:
-        return copied_interval(latency_between(writer, reader))
-
-
-class OnTheWay(Query):
-    """Number of messages from a publisher to a subscriber that have their own clocks at the same time."""
-
-    datatype = WHOLE
-    _words = "messages on their way from {} to {}"
-    _answer = staticmethod(on_the_way)
-
-
-class Lifespan(Query):
-    """Age at which a message is removed before it is taken."""
-
-    eclass = pn.TimeInterval
-    _words = "lifespan from {} to {}"
-
-    @staticmethod
-    def _answer(writer: sym.PublisherPort, reader: sym.SubscriberPort) -> pn.TimeInterval | None:
-        return copied_interval(lifespan_between(writer, reader))
-
-
-class HasLifespan(Query):
-    """Whether messages between two ports are removed when they are too old."""
-
-    datatype = TRUTH
-    _words = "messages from {} to {} have a lifespan"
-
-    @staticmethod
-    def _answer(writer: sym.PublisherPort, reader: sym.SubscriberPort) -> bool:
-        return lifespan_between(writer, reader) is not None
-
-
-class AgesAtOnce(Query):
-    """Number of messages between two ports whose ages have their own clocks at the same time."""
-
-    datatype = WHOLE
-    _words = "ages of messages from {} to {}"
-    _answer = staticmethod(ages_at_once)
-
-
-class CallLatency(Query):
-    """Latency of each request and each response of a client."""
-
-    eclass = pn.TimeInterval
-    _words = "latency of {}"
-
-    @staticmethod
-    def _answer(client: sym.ClientPort) -> pn.TimeInterval | None:
-        return copied_interval(latency_of_calls(client))
-
-
-class CallsOnTheWay(Query):
-    """Number of a client's requests that have clocks; 0 if their latency or their number is unbounded.
-
-    Requests of a client that gives up have clocks if each request arrives before its time-out.
-    """
-
-    datatype = WHOLE
-    _words = "requests of {} on their way"
-
-    @staticmethod
-    def _answer(client: sym.ClientPort) -> int:
-        latency = latency_of_calls(client)
-        if latency is None or latency.latest is None:
-            return 0
-        patience = client.timeout or 0.0
-        if patience > 0.0 and not (gives_up_in_time(client) and latency.latest <= patience):
-            return 0
-        # Flattening has set the number of requests under way; a negative number means any number.
-        return max(client.outstanding or 1, 0)
-
-
-class CallsArriveInTime(Query):
-    """Whether requests of all clients of a service have clocks while they are on their way."""
-
-    datatype = TRUTH
-    _words = "all requests of {} are on their way for a given time"
-
-    @staticmethod
-    def _answer(service: sym.ServiceChannel) -> bool:
-        return all(CallsOnTheWay._answer(client) > 0 for client in service.clients)
-
-
-class GoalsInTime(Query):
-    """Whether goals of an action, and requests to cancel them, are taken within a time."""
-
-    datatype = TRUTH
-    _words = "{1} takes goals of {0} within a time"
-
-    @staticmethod
-    def _answer(action: sym.ActionChannel, server: sym.NodeNet | None) -> bool:
-        return goals_taken_until(action, server) is not None
-
-
-class TakenUntil(Query):
-    """Maximum time until the server of an action takes a message that is sent to it."""
-
-    datatype = REAL
-    _words = "latest latency of {0} and reaction of {1}"
-    _answer = staticmethod(goals_taken_until)
-
-
-class ResultsInTime(Query):
-    """Whether a client of an action takes results within a time."""
-
-    datatype = TRUTH
-    _words = "results of {1} for {0} are taken within a time"
-
-    @staticmethod
-    def _answer(client: sym.ActionClientPort, server: sym.NodeNet | None) -> bool:
-        return results_taken_until(client, server) is not None
-
-
-class HeardUntil(Query):
-    """Maximum time until a client of an action takes a message that is sent to it."""
-
-    datatype = REAL
-    _words = "latest latency of {0} from {1}, and reaction"
-    _answer = staticmethod(results_taken_until)
-
-
-class GivesUpInTime(Query):
-    """Whether the rules model the earliest time at which a client gives up."""
-
-    datatype = TRUTH
-    _words = "{} gives up after its time-out"
-    _answer = staticmethod(gives_up_in_time)
-
-
-class TimeOut(Query):
-    """The time-out of a client, as an interval."""
-
-    eclass = pn.TimeInterval
-    _words = "[time-out of {0}, time-out of {0}]"
-
-    @staticmethod
-    def _answer(client: sym.ClientPort) -> pn.TimeInterval:
-        return _exactly(client.timeout)
 
 
 class ReactsFrom(Query):

@@ -15,13 +15,13 @@ from dineros.transformations.rules.actions.goals import A1, A2, Heard, Taken, Wi
 from dineros.transformations.rules.actions.slots import slots
 from dineros.transformations.rules.notation import at_once
 from dineros.transformations.rules.phases import Phase, StandardRule
-from dineros.transformations.rules.queries.times import (
+from dineros.transformations.rules.queries.message_times import (
     GoalsInTime,
-    HasInterval,
     HeardUntil,
     ResultsInTime,
     TakenUntil,
 )
+from dineros.transformations.rules.queries.times import HasInterval
 from dineros.transformations.rules.requests import Entrance
 from dineros.transformations.rules.services import Home
 

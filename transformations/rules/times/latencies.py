@@ -19,13 +19,8 @@ from dineros.transformations.language.patterns import Index, Made, Node
 from dineros.transformations.rules.histories import PAIR, R2, R3, AnyManaged
 from dineros.transformations.rules.notation import arc, at_once, inhibit, place, read
 from dineros.transformations.rules.phases import Phase, StandardRule
-from dineros.transformations.rules.queries.times import (
-    CallLatency,
-    CallsOnTheWay,
-    Latency,
-    OnTheWay,
-    PublishesWithoutEnd,
-)
+from dineros.transformations.rules.queries.message_times import CallLatency, CallsOnTheWay, Latency, OnTheWay
+from dineros.transformations.rules.queries.times import PublishesWithoutEnd
 from dineros.transformations.rules.requests import R5Client, R6Client
 from dineros.transformations.rules.services import S1
 from dineros.transformations.rules.times.clocks import Clock

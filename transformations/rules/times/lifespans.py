@@ -18,7 +18,7 @@ from dineros.transformations.language.patterns import Index, Made, Node
 from dineros.transformations.rules.histories import PAIR, R2, R3, READER
 from dineros.transformations.rules.notation import arc, inhibit, place, read, transition
 from dineros.transformations.rules.phases import Phase, StandardRule
-from dineros.transformations.rules.queries.times import AgesAtOnce, HasLifespan, Lifespan
+from dineros.transformations.rules.queries.message_times import AgesAtOnce, HasLifespan, Lifespan
 from dineros.transformations.rules.times.clocks import Clock
 
 

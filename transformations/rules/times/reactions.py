@@ -9,9 +9,8 @@ from dineros.transformations.language.functions import ancestor
 from dineros.transformations.language.patterns import Index, Made, Node
 from dineros.transformations.rules.histories import R3
 from dineros.transformations.rules.phases import Phase, StandardRule
+from dineros.transformations.rules.queries.message_times import CallsArriveInTime, CallsOnTheWay
 from dineros.transformations.rules.queries.times import (
-    CallsArriveInTime,
-    CallsOnTheWay,
     HandledUntil,
     IsHandled,
     Reacts,

@@ -8,7 +8,8 @@ from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Index, Made, Node
 from dineros.transformations.rules.notation import arc, at_once, inhibit, place, read, transition
 from dineros.transformations.rules.phases import Phase, StandardRule
-from dineros.transformations.rules.queries.times import CallsOnTheWay, GivesUpInTime, RunsCallbacks, TimeOut
+from dineros.transformations.rules.queries.message_times import CallsOnTheWay, GivesUpInTime, TimeOut
+from dineros.transformations.rules.queries.times import RunsCallbacks
 from dineros.transformations.rules.requests import GIVES_UP, GIVING_UP, R6, StopsWaiting
 from dineros.transformations.rules.services import S1, S2
 from dineros.transformations.rules.times.latencies import REQUEST, D6BackClock

@@ -16,9 +16,8 @@ from dineros.transformations.rules.executors import E3, Beginning, E3Serve, E3Ta
 from dineros.transformations.rules.notation import SHEET, arc, at_once, place, read, transition
 from dineros.transformations.rules.phases import Phase, StandardRule
 from dineros.transformations.rules.queries.callbacks import Callback, Ends
+from dineros.transformations.rules.queries.message_times import CallsArriveInTime, CallsOnTheWay
 from dineros.transformations.rules.queries.times import (
-    CallsArriveInTime,
-    CallsOnTheWay,
     GivenDuration,
     GoalDuration,
     HasDuration,
