@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import comb, prod
@@ -150,18 +150,6 @@ class Reduction:
         """Equations that give the tokens of removed places, to be evaluated from last to first."""
         return tuple(step.equation for step in self.steps if step.equation is not None)
 
-    def markings_of(self, marking: Mapping[str, int]) -> Iterator[Marking]:
-        """Yield the original markings that a reachable marking of the reduced net represents.
-
-        Raises
-        ------
-        ReductionError
-            The steps do not preserve `Property.MARKINGS`.
-        """
-        self._require(Property.MARKINGS)
-        for before in _before(self.steps, dict(marking)):
-            yield {place: before[place] for place in self.original.places}
-
     def expand(self, trace: Sequence[str], *, until_deadlock: bool = False) -> list[str]:
         """Translate a firing sequence of the reduced net to one of the original net.
 
@@ -214,14 +202,6 @@ def _merge(merged: dict[str, int], step: Step) -> None:
     if step.is_split:
         (place,) = step.change.added_places
         merged[place] = sum(removed)
-
-
-def _before(steps: Sequence[Step], marking: Marking) -> Iterator[Marking]:
-    if not steps:
-        yield marking
-        return
-    for before in steps[-1].markings_before(marking):
-        yield from _before(steps[:-1], before)
 
 
 def replay(net: MutableNet, trace: Iterable[str]) -> Marking:

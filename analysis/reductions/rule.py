@@ -148,30 +148,8 @@ class Step:
         """Number of markings before for each marking after, if `STATE_SPACE_SIZE` is preserved."""
         return len(self.component) or 1
 
-    def markings_before(self, marking: Marking) -> Iterator[Marking]:
-        """Yield the markings before that one marking after represents, if `MARKINGS` is preserved."""
-        if self.equation is not None:
-            yield {**marking, self.equation.place: self.equation.value(marking)}
-        elif self.is_split:
-            (merged,) = self.change.added_places
-            for tokens in _splits(marking[merged], len(self.places)):
-                yield {**marking, **dict(zip(self.places, tokens, strict=True))}
-        else:
-            for part in self.component or ({},):
-                yield {**marking, **part}
-
     def __str__(self) -> str:
         return f"{self.rule}: {', '.join((*self.places, *self.transitions))}"
-
-
-def _splits(tokens: int, places: int) -> Iterator[tuple[int, ...]]:
-    """Yield all ways to distribute tokens among places."""
-    if places == 1:
-        yield (tokens,)
-        return
-    for first in range(tokens + 1):
-        for rest in _splits(tokens - first, places - 1):
-            yield first, *rest
 
 
 class Rule(ABC):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
 
@@ -12,6 +12,8 @@ import networkx as nx
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.coverability import coverability
 from dineros.analysis.reductions import MutableNet, Property, Reduction, replay
+from dineros.analysis.reductions.net import Marking
+from dineros.analysis.reductions.rule import Step
 
 Tokens = tuple[int, ...]
 #: A step that somebody who looks at observed elements sees: the transition, if observed, and the observed
@@ -206,7 +208,7 @@ def _check_counting(reduction: Reduction, before: Graph, after: Graph) -> None:
         before = Graph.of(reduction.original, count)
     assert before.is_complete and len(before.successors) == count
     recovered = {
-        tuple(original.values()) for marking in markings for original in reduction.markings_of(marking)
+        tuple(original.values()) for marking in markings for original in markings_of(reduction, marking)
     }
     assert recovered == set(before.successors)
     if Property.DEADLOCKS in reduction.preserves:
@@ -226,3 +228,39 @@ def _check_expansion(reduction: Reduction, after: Graph) -> None:
         if until_deadlock:
             final = replay(original, reduction.expand(trace, until_deadlock=True))
             assert not any(original.is_enabled(t, final) for t in original.transitions)
+
+
+def markings_of(reduction: Reduction, marking: Marking) -> Iterator[Marking]:
+    """Yield the original markings that a reachable marking of the reduced net represents."""
+    for before in _before(reduction.steps, dict(marking)):
+        yield {place: before[place] for place in reduction.original.places}
+
+
+def _before(steps: Sequence[Step], marking: Marking) -> Iterator[Marking]:
+    if not steps:
+        yield marking
+        return
+    for before in _before_one(steps[-1], marking):
+        yield from _before(steps[:-1], before)
+
+
+def _before_one(step: Step, marking: Marking) -> Iterator[Marking]:
+    if step.equation is not None:
+        yield {**marking, step.equation.place: step.equation.value(marking)}
+    elif step.is_split:
+        (merged,) = step.change.added_places
+        for tokens in _splits(marking[merged], len(step.places)):
+            yield {**marking, **dict(zip(step.places, tokens, strict=True))}
+    else:
+        for part in step.component or ({},):
+            yield {**marking, **part}
+
+
+def _splits(tokens: int, places: int) -> Iterator[tuple[int, ...]]:
+    """Yield all ways to distribute tokens among places."""
+    if places == 1:
+        yield (tokens,)
+        return
+    for first in range(tokens + 1):
+        for rest in _splits(tokens - first, places - 1):
+            yield first, *rest
