@@ -72,6 +72,7 @@ open("heard", "w").write(str(len(heard)))
 @pytest.mark.long
 def test_a_generated_node_runs_beside_one_that_exists(tmp_path: Path) -> None:
     model = talker()
+    model.id = "greeting_in_strings"  # has other interfaces than the models of the name `greeting`
     (channel,) = model.channels
     channel.type = "std_msgs/msg/String"
     save(model, tmp_path / "greeting.sym.xmi")

@@ -31,11 +31,12 @@ def require_tools() -> None:
 def on_ros() -> Iterator[int]:
     """Let processes run in a domain of this test, with interfaces that other tests may have built.
 
-    One test at a time builds interfaces: those of the same content are built once, also those of the
-    applications that benchmarks stop, kill and flood.
+    Interfaces of the same content are built once, also those of the applications that benchmarks stop, kill
+    and flood. Tests run side by side, so models of the same id must have the same interfaces.
     """
     require_tools()
-    with _alone(), claimed_domain() as domain, pytest.MonkeyPatch.context() as patch:
+    CACHE.mkdir(parents=True, exist_ok=True)
+    with claimed_domain() as domain, pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_CACHE_HOME", str(CACHE))
         patch.setenv("ROS_DOMAIN_ID", str(domain))
         patch.setattr(Application, "workspace", partialmethod(_workspace_as_before, Application.workspace))
@@ -53,16 +54,18 @@ def _workspace_as_before(
 
 
 def build_as_before(workspace: Path) -> None:
-    """Build the interfaces of a workspace, unless an earlier test run built the same; within `on_ros`.
+    """Build the interfaces of a workspace, unless an earlier test built the same; within `on_ros`.
 
-    What it is built from stands beside what is built, so that `build_interfaces` itself tells the same.
+    One test at a time builds. The stamp of the build is a part of what is kept, so `build_interfaces` itself
+    notices that nothing changed.
     """
     package = manifest_of(workspace).interfaces
     kept, installed = CACHE / "interfaces" / package, workspace / "install" / package
-    if kept.is_dir() and not installed.exists():
-        shutil.copytree(kept, installed, symlinks=True)
-    build_interfaces(workspace)
-    _keep(installed, kept)
+    with _alone():
+        if kept.is_dir() and not installed.exists():
+            shutil.copytree(kept, installed, symlinks=True)
+        build_interfaces(workspace)
+        _keep(installed, kept)
 
 
 def keep_for_others(workspace: Path) -> None:
