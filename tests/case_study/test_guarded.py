@@ -40,6 +40,7 @@ def test_all_requirements_are_proved() -> None:
     assert violated(build_guarded()) == set()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("transition", "expected"),
     [
@@ -54,6 +55,7 @@ def test_a_missing_guard_is_found(transition: str, expected: set[str]) -> None:
     assert violated(model) == expected
 
 
+@pytest.mark.long
 def test_an_answer_that_is_not_handed_on_is_found() -> None:
     """The server that takes control back drops whether the object was placed: anything may be shown."""
     model = build_guarded()
