@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import time
-
 import pytest
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget
@@ -19,9 +17,12 @@ from dineros.metamodel.build import callback, flow, node_net, place, step
 from dineros.metamodel.clauses import set_clause
 from dineros.metamodel.elements import channels, find
 from examples.callbacks.models import node, program, timer, topic
+from tests.support.own_time import CLOCK
 from tests.support.ros2_systems.deliveries import deliveries
 from tests.support.ros2_systems.managed_systems import talk
 from tests.support.ros2_systems.waiting_models import awaiting_result, sharing_a_lock
+
+pytestmark = pytest.mark.usefixtures("own_time")  # folding a cause has a share of the time
 
 
 def folded(model: sym.SystemModel, budget: Budget = UNLIMITED) -> Report:
@@ -212,8 +213,8 @@ def test_a_cause_gets_the_time_that_others_leave(monkeypatch: pytest.MonkeyPatch
     def slow(copied: sym.SystemModel, cause: Finding, budget: Budget) -> cause_fixes.Fix | None:
         asked.append(cause.rule)
         if cause.rule == "callback-deadlock" and asked.count(cause.rule) == 1:
-            while not budget.is_over:
-                time.sleep(0.01)
+            assert budget.left is not None
+            CLOCK.advance(budget.left)
             budget.check_time()
         return cause_fixes.fix_of(copied, cause, budget)
 
