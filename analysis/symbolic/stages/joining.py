@@ -4,6 +4,10 @@ A level is *owned* by another one if every event that changes it touches the oth
 or moves its program counter whenever it writes a variable of its own. A level and its owner, the owner of the
 owner, and so on, are a component. A variable that several processes write has no owner, and stays alone.
 
+Clients that share counters of free room own nothing without them: an event takes a request of a client, and
+does not touch the client itself. There, the levels that the most events touch are taken out; levels that
+events connect without them are a component.
+
 The local states of a component are those that its events reach if all other levels allow all that they are
 asked. They are far fewer than the product of the local states of its levels.
 """
@@ -11,13 +15,16 @@ asked. They are far fewer than the product of the local states of its levels.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 from dineros.analysis.symbolic.levels import Encoding, Level, LocalEvent
 
 #: Local states that a component may have: the work of a node grows with them.
 MOST_STATES = 512
+#: Numbers of events above which levels are taken out, at most: a client, a server and shared counters differ.
+MOST_CUTS = 8
 
 Vector = tuple[int, ...]
 #: Part of an event on a component: (position of a level in the component, table).
@@ -109,20 +116,47 @@ def components(encoding: Encoding) -> list[tuple[int, ...]]:
         for level, table in event.tables.items():
             if changes(table):
                 owners.setdefault(level, set(event.tables)).intersection_update(event.tables)
-    root = list(range(len(encoding.levels)))
+    pairs = [
+        (level, max(others, key=lambda other: (touching[other], -other)))
+        for level, found in sorted(owners.items())
+        if (others := found - {level})
+    ]
+    return _connected(len(encoding.levels), pairs)
+
+
+def components_without_shared(encoding: Encoding, fewest: int) -> list[tuple[int, ...]] | None:
+    """Return groups of levels: those that events connect if the levels that most events touch are taken out.
+
+    As few levels as possible are taken out, so that at least some number of groups have several levels. The
+    answer is None if that does not succeed.
+    """
+    events = [sorted(event.tables) for event in encoding.events]
+    touching = [0] * len(encoding.levels)
+    for levels in events:
+        for level in levels:
+            touching[level] += 1
+    for most in sorted(set(touching), reverse=True)[1 : MOST_CUTS + 1]:
+        left = ([level for level in levels if touching[level] <= most] for levels in events)
+        pairs = sorted({pair for levels in left for pair in pairwise(levels)})
+        groups = _connected(len(encoding.levels), pairs)
+        if sum(len(group) > 1 for group in groups) >= fewest:
+            return groups
+    return None
+
+
+def _connected(size: int, pairs: Iterable[tuple[int, int]]) -> list[tuple[int, ...]]:
+    """Return the groups of levels that pairs connect."""
+    root = list(range(size))
 
     def root_of(level: int) -> int:
         while root[level] != level:
             root[level] = level = root[root[level]]
         return level
 
-    for level, found in sorted(owners.items()):
-        others = found - {level}
-        if others:
-            owner = max(others, key=lambda other: (touching[other], -other))
-            root[root_of(level)] = root_of(owner)
+    for one, other in pairs:
+        root[root_of(one)] = root_of(other)
     groups: defaultdict[int, list[int]] = defaultdict(list)
-    for level in range(len(encoding.levels)):
+    for level in range(size):
         groups[root_of(level)].append(level)
     return sorted(map(tuple, groups.values()))
 

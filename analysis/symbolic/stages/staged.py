@@ -16,6 +16,7 @@ own in the cache.
 
 from __future__ import annotations
 
+import math
 from collections import defaultdict
 from dataclasses import replace
 
@@ -28,7 +29,13 @@ from dineros.analysis.symbolic.level_starts import first_start
 from dineros.analysis.symbolic.levels import Encoding, LocalEvent
 from dineros.analysis.symbolic.relations import EventTables, Relations
 from dineros.analysis.symbolic.saturation import FIRST_CLOSED_KEY, Diagram, DiagramMemoryError
-from dineros.analysis.symbolic.stages.joining import Joined, changes, components, joined
+from dineros.analysis.symbolic.stages.joining import (
+    Joined,
+    changes,
+    components,
+    components_without_shared,
+    joined,
+)
 
 #: Number of components that stages pay for, at least and at most.
 FEWEST, MOST = 3, 64
@@ -73,11 +80,10 @@ def staged(
         Work, in cache misses.
     """
     groups = components(encoding)
-    several = sum(len(group) > 1 for group in groups)
+    if not _serve(groups, encoding):
+        groups = components_without_shared(encoding, FEWEST) or groups
     most_work = allowed[len(groups) > FEW_LEFT * len(encoding.levels)]
-    if not FEWEST <= several <= MOST or len(groups) > SOME_LEFT * len(encoding.levels) or not most_work:
-        return None, 0
-    parts = joined(encoding, groups)
+    parts = joined(encoding, groups) if most_work and _serve(groups, encoding) else None
     if parts is None:
         return None, 0
     start = first_start(parts.encoding, EventTables.of(parts.encoding))
@@ -89,6 +95,12 @@ def staged(
         return diagram if run.finishes() else None, diagram.effort
     except DiagramMemoryError:
         return None, diagram.effort
+
+
+def _serve(groups: list[tuple[int, ...]], encoding: Encoding) -> bool:
+    """Return whether groups of levels may be worth stages."""
+    several = sum(len(group) > 1 for group in groups)
+    return FEWEST <= several <= MOST and len(groups) <= SOME_LEFT * len(encoding.levels)
 
 
 def _events_of_stages(parts: Joined, order: list[int]) -> list[list[LocalEvent]]:
@@ -105,6 +117,17 @@ def _events_of_stages(parts: Joined, order: list[int]) -> list[list[LocalEvent]]
         moved = moved or {stage_of[k] for k in event.tables if k in stage_of}
         stages[max(moved, default=0)].append(event)
     return [stages[number] for number in sorted(stages)]
+
+
+def _log_at_end(work: int, growth: float, earlier: float, stage: int, stages: int) -> float:
+    """Return the logarithm of the work of all stages by the work of the stages so far.
+
+    It is exponential in the number of stages, or a power of it if the growth falls. This is too little for
+    an exponential function, but less so after each stage.
+    """
+    if growth < earlier:
+        return math.log(work) + math.log(growth) * math.log(stages / stage, stage / (stage - 1))
+    return math.log(work) + math.log(growth) * (stages - stage)
 
 
 class _StagedRun:
@@ -131,16 +154,17 @@ class _StagedRun:
             children = [0] * int(diagram.width[level])
             children[diagram.encoding.levels[diagram.order[level - 1]].initial] = states
             states = diagram.node(level, children)
-        before = 0
+        before, growth = 0, math.inf
         for last in range(len(self._relations)):
             self._left = self._most_work if last >= KNOWN_GROWTH else min(FIRST_WORK, self._most_work)
             found = self._closed_under(states, last)
             if found is None:
                 return False
             states, work = found, diagram.effort
-            if last + 1 >= KNOWN_GROWTH and before:
-                stages_left = len(self._relations) - 1 - last
-                if work * (work / before) ** stages_left > self._most_work:
+            if before:
+                growth, earlier = work / before, growth
+                at_end = _log_at_end(work, growth, earlier, last + 1, len(self._relations))
+                if last + 1 >= KNOWN_GROWTH and at_end > math.log(self._most_work):
                     return False
             before = work
         diagram.finish(states)

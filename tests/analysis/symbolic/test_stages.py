@@ -10,7 +10,7 @@ from dineros.analysis.symbolic.counting import DiagramCounts
 from dineros.analysis.symbolic.engine import symbolic_state_space
 from dineros.analysis.symbolic.levels import encode
 from dineros.analysis.symbolic.stages import staged as stages
-from dineros.analysis.symbolic.stages.joining import components, joined
+from dineros.analysis.symbolic.stages.joining import components, components_without_shared, joined
 from dineros.analysis.symbolic.stages.staged import staged
 from tests.analysis import classic_nets as classic
 
@@ -94,6 +94,41 @@ def rounds(processes: int) -> CompiledNet:
             calm = {f"idle {i}": 1, f"calm {i}": 1, f"{after} {i}": 1}
             transitions.append((f"end {i} {before}", {f"works {i}": 1, f"{before} {i}": 1}, calm))
     return CompiledNet.build(places, transitions)
+
+
+def repetitions(clients: int, servers: int, room: int) -> CompiledNet:
+    """Clients that repeat their requests until one is answered; all requests share room, and all answers."""
+    places = {"room for requests": room, "room for answers": room}
+    transitions: list[tuple[str, dict[str, int], dict[str, int]]] = []
+    for s in range(servers):
+        places[f"free {s}"] = 1
+    for c in range(clients):
+        idle, waits, asked, answered = f"idle {c}", f"waits {c}", f"asked {c}", f"answered {c}"
+        places |= {idle: 1, waits: 0, asked: 0, answered: 0}
+        for name, before, after in (("send", idle, waits), ("repeat", waits, waits)):
+            transitions.append((f"{name} {c}", {before: 1, "room for requests": 1}, {after: 1, asked: 1}))
+        for name, before in (("get", waits), ("drop", idle)):
+            transitions.append((f"{name} {c}", {before: 1, answered: 1}, {idle: 1, "room for answers": 1}))
+        for s in range(servers):
+            works = f"works {s} for {c}"
+            places[works] = 0
+            take = {asked: 1, f"free {s}": 1}
+            transitions.append((f"take {c} {s}", take, {works: 1, "room for requests": 1}))
+            give = {works: 1, "room for answers": 1}
+            transitions.append((f"answer {c} {s}", give, {answered: 1, f"free {s}": 1}))
+    return CompiledNet.build(places, transitions)
+
+
+@pytest.mark.parametrize(("clients", "servers", "room"), [(4, 2, 3), (6, 2, 2)])
+def test_clients_that_share_counters_are_components(clients: int, servers: int, room: int) -> None:
+    net = repetitions(clients, servers, room)
+    encoding = encode(net)
+    groups = components_without_shared(encoding, clients)
+    assert groups is not None
+    assert sum(len(group) > 1 for group in groups) == clients
+    diagram, _ = staged(encoding, MEMORY)
+    assert diagram is not None
+    assert DiagramCounts(diagram).vectors() == explore(net).markings
 
 
 def test_many_shared_variables_are_worth_stages() -> None:
