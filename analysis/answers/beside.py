@@ -4,10 +4,14 @@ The first engine works alone until its first turn is over, so that easy question
 the process is forked, and the other engines take turns in it; they leave one core to the first engine. The
 first answer on either side ends the other side, with all its data; only answers are transferred. Timing
 decides which engine answers, but not the answer.
+
+The child process also ends when the first engine knows of more markings than the others can store: they
+cannot answer, and only slow it down.
 """
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 import warnings
@@ -68,6 +72,9 @@ class _Pair(Generic[Answer]):
         self._part = 1 / (1 + len(others))
         self._until = time.process_time() + alone
         self._beside: Apart | None = None
+        least = min(member.marking_bytes for member in others)
+        self._most_markings = budget.memory / least if least else math.inf
+        self._is_hopeless = False
         self._looked = 0.0
         self._is_over = False
         self._theirs: Answer | None = None
@@ -80,7 +87,7 @@ class _Pair(Generic[Answer]):
         except BudgetExceededError:
             if self._beside is None and self._budget.is_over:
                 raise
-        if mine is not None and self._is_final(mine):
+        if self._is_hopeless or (mine is not None and self._is_final(mine)):
             return mine
         if self._beside is None:
             theirs = first_of_two(self._others, self._budget, self._is_final)
@@ -95,6 +102,10 @@ class _Pair(Generic[Answer]):
         """Report the progress of the first engine, and check for an answer of the others."""
         if self._budget.progress is not None:
             self._budget.progress(progress)
+        if progress.at_least > self._most_markings:
+            self._is_hopeless = True
+            if self._beside is not None:
+                self._beside.end()
         self._look_beside()
 
     def _enter(self, stage: str) -> None:
@@ -104,7 +115,7 @@ class _Pair(Generic[Answer]):
 
     def _look_beside(self) -> None:
         """Start the others when it is time, and end the first engine when they have an answer."""
-        if self._beside is None and time.process_time() >= self._until:
+        if self._beside is None and not self._is_hopeless and time.process_time() >= self._until:
             with warnings.catch_warnings():
                 # Only threads of the first engine exist here, and the child process does not need them.
                 warnings.simplefilter("ignore", DeprecationWarning)

@@ -40,12 +40,15 @@ class Progress:
         Bytes of its tables.
     rate : float or None
         Number found per second; None if it is not meaningful.
+    at_least : int
+        Number of markings that exist at least, if a diagram knows it.
     """
 
     unit: Literal["markings", "states", "nodes", "steps"]
     count: int
     memory_bytes: int
     rate: float | None = None
+    at_least: int = 0
 
     def __str__(self) -> str:
         rate = [f"{self.rate:,.0f}/s"] if self.rate else []

@@ -42,11 +42,14 @@ class Member(Generic[Answer]):
         Its share of the time, relative to the others.
     head_start : float
         Seconds of processor time for its first turn; easy questions are answered within it at no extra cost.
+    marking_bytes : int
+        Bytes that it needs at least for each marking that exists; 0 if it does not store all of them.
     """
 
     work: Callable[[Budget], Answer | None]
     weight: float = 1.0
     head_start: float = 0.0
+    marking_bytes: int = 0
 
 
 def first_answer(

@@ -114,12 +114,15 @@ WITNESS: Plan = (
 )
 """A trace to a firing that is known to be possible, if there is a diagram of all markings."""
 
+MARKING_BYTES = 16
+"""Bytes that explicit search needs at least for a marking: one word, and one slot of its table."""
+
 COUNT: dict[str, Plan] = {
     "auto": (
         Together(
             (
                 Side((Turn(CountByDiagrams(only_if_possible=True)),), head_start=HEAD_START),
-                Side((Turn(CountBySearch()),)),
+                Side((Turn(CountBySearch()),), marking_bytes=MARKING_BYTES),
             ),
             alone=HEAD_START,
         ),

@@ -94,11 +94,14 @@ class Side:
         Its share of the time, relative to the other sides.
     head_start : float
         Seconds of processor time before the other sides begin.
+    marking_bytes : int
+        Bytes that it needs at least for each marking that exists; 0 if it does not store all of them.
     """
 
     turns: tuple[Turn, ...]
     weight: float = 1.0
     head_start: float = 0.0
+    marking_bytes: int = 0
 
 
 @dataclass(frozen=True)
@@ -155,7 +158,10 @@ def answered(question: Question, plan: Plan, budget: Budget) -> Outcome:
 def _asked(question: Question, turn: Turn | Together, budget: Budget) -> Outcome | None:
     if isinstance(turn, Turn):
         return turn.method.answer(question, known_of(question.net), turn.share(budget))
-    members = [Member(partial(_side, question, side), side.weight, side.head_start) for side in turn.sides]
+    members = [
+        Member(partial(_side, question, side), side.weight, side.head_start, side.marking_bytes)
+        for side in turn.sides
+    ]
     return first_of_two(members, budget, question.ends_others, turn.alone)
 
 

@@ -18,11 +18,13 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
 
 from dineros.analysis.answers.budget import ProgressCallback
+from dineros.analysis.symbolic.counting import DiagramCounts
 from dineros.analysis.symbolic.kernels import diagrams as store
 from dineros.analysis.symbolic.kernels import saturation as machine
 from dineros.analysis.symbolic.level_starts import first_start
@@ -161,6 +163,7 @@ class _StagedRun:
             if found is None:
                 return False
             states, work = found, diagram.effort
+            self._report(states)
             if before:
                 growth, earlier = work / before, growth
                 at_end = _log_at_end(work, growth, earlier, last + 1, len(self._relations))
@@ -169,6 +172,13 @@ class _StagedRun:
             before = work
         diagram.finish(states)
         return True
+
+    def _report(self, states: int) -> None:
+        """Report how many markings there are at least."""
+        if self._progress is not None:
+            with suppress(DiagramMemoryError):
+                found = DiagramCounts(self._diagram, states).vectors()
+                self._progress(replace(self._diagram.progress, at_least=found))
 
     def _closed_under(self, states: int, last: int) -> int | None:
         """Return a set closed under the events of all stages up to one."""

@@ -101,3 +101,30 @@ def test_one_core_or_little_memory_is_one_process(monkeypatch: pytest.MonkeyPatc
     assert first_of_two(members, Budget(1 << 20, seconds=60)) == os.getpid()
     monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0})
     assert first_of_two(members, LARGE) == os.getpid()
+
+
+@pytest.mark.parametrize("marking_bytes", [0, 16])
+def test_who_cannot_store_all_markings_gives_way(marking_bytes: int) -> None:
+    seen: list[int] = []
+
+    def known(budget: Budget) -> object:
+        for at_least in (0, 1 << 40):
+            for _ in range(20):
+                time.sleep(0.01)
+                budget.report(Progress("nodes", 1, 0, at_least=at_least))
+            seen.append(len(children()))
+        return "known"
+
+    beside: Member[object] = Member(member(None, "no").work, marking_bytes=marking_bytes)
+    assert first_of_two([Member(known), beside], LARGE) == "known"
+    assert seen == [1, 0 if marking_bytes else 1]
+
+
+def test_who_cannot_store_all_markings_does_not_begin_later() -> None:
+    def gives_up(budget: Budget) -> object:
+        with pytest.raises(BudgetExceededError):
+            budget.share(time=0.0).report(Progress("nodes", 1, 0, at_least=1 << 40))
+        return None
+
+    beside: Member[object] = Member(lambda budget: "an answer", marking_bytes=16)
+    assert first_of_two([Member(gives_up), beside], LARGE) is None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from dineros.analysis.answers.budget import Progress
 from dineros.analysis.explicit import explore
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.symbolic.counting import DiagramCounts
@@ -187,6 +188,17 @@ def test_garbage_between_closures_changes_nothing(monkeypatch: pytest.MonkeyPatc
     assert diagram is not None
     assert diagram.collections > 4
     assert DiagramCounts(diagram).vectors() == explore(net).markings
+
+
+def test_stages_report_how_many_markings_exist_at_least() -> None:
+    net = claims(4)
+    told: list[Progress] = []
+    diagram, _ = staged(encode(net), MEMORY, told.append)
+    assert diagram is not None
+    known = [progress.at_least for progress in told if progress.at_least]
+    assert len(known) == 4
+    assert known == sorted(known)
+    assert known[0] < known[-1] == explore(net).markings == DiagramCounts(diagram).vectors()
 
 
 def test_too_much_work_ends_them() -> None:
