@@ -39,6 +39,8 @@ TRANSFORM = "a transform"
 NODE, SPACE = "__node", "__ns"
 """Arguments of a program with the name and the namespace of its nodes, next to values of parameters."""
 
+AWAITED = "await, without time-out"
+"""The way of waiting that blocks no thread: a coroutine is suspended, and its callback group is held."""
 HELD = "held already"
 """The way of taking a lock that the same callback already holds and that is not recursive."""
 

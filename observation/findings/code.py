@@ -12,7 +12,7 @@ from dineros.observation.findings.starting import FAULTS as OF_STARTS
 from dineros.observation.findings.starting import starts
 from dineros.observation.findings.transforms import FAULTS as OF_TRANSFORMS
 from dineros.observation.findings.transforms import lookups
-from dineros.sources.facts import HELD, CallbackFact, Effect, Entity, Facts, NodeFact, is_open
+from dineros.sources.facts import AWAITED, HELD, CallbackFact, Effect, Entity, Facts, NodeFact, is_open
 from dineros.sources.places import Place, located
 
 LONG = 1.0
@@ -303,7 +303,7 @@ def _own(
                 continue
             found = OWN.found(node.name, callback.name, who=who, words=words)
             yield effect.at, replace(found, severity="warning") if is_open(node.threads) else found
-        elif effect.do == "wait" and (why := _never_meanwhile(callback, node, effect.what, nodes)):
+        elif effect.do == "wait" and (why := _never_meanwhile(callback, node, effect, nodes)):
             found = OWN.found(node.name, callback.name, who=who, words=f"waits for {effect.what}, {why}")
             ends = f": it waits {effect.timeout:g} s in vain" if effect.timeout is not None else ": forever"
             is_certain = effect.timeout is None and "open" not in effect.how and "if the executor" not in why
@@ -345,15 +345,18 @@ def _blocks_outside(effect: Effect, callback: CallbackFact) -> bool:
 
 
 def _never_meanwhile(
-    callback: CallbackFact, node: NodeFact, event: str, nodes: Iterable[NodeFact]
+    callback: CallbackFact, node: NodeFact, wait: Effect, nodes: Iterable[NodeFact]
 ) -> str | None:
-    """Return why an event cannot be set while a callback runs; None: it may be set, or no setter is known."""
+    """Return why a wait of a callback cannot end while it lasts; None: it may, or no setter is known."""
+    is_suspended = wait.how == AWAITED
+    if is_suspended and callback.kind == "execute":
+        return None  # a task, which holds no group
     setters = [
         (each, other)
         for other in nodes
         if other.is_beside(node)
         for each in other.callbacks
-        if each.is_open or any((done.do, done.what) == ("notify", event) for done in each.effects)
+        if each.is_open or any((done.do, done.what) == ("notify", wait.what) for done in each.effects)
     ]
     is_own = all(
         other is node and each is not callback and each.kind in _CALLED and not each.is_open
@@ -362,7 +365,7 @@ def _never_meanwhile(
     if not setters or not is_own:
         return None
     names = ", ".join(dict.fromkeys(each.name for each, _ in setters))
-    if _may_be_one(node):
+    if _may_be_one(node) and not is_suspended:
         return f"which only {names} sets: the only thread is here{_if_one(node)}"
     group = _group(callback, node)
     if group is None or any(_common_group(_starters(each, node), node) != group for each, _ in setters):
@@ -405,7 +408,7 @@ def _common_group(entities: Iterable[Entity], node: NodeFact) -> str | None:
         if group is None:
             found.add("default")
         elif str(group.details.get("kind", "")).startswith("exclusive"):
-            found.add(f"{group.at}")
+            found.add(f"{group.at} {id(group)}")  # a line may make several
         else:
             found.add(None)
     return found.pop() if len(found) == 1 else None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from dineros.analysis.witnesses.findings import Fault, Finding
 from dineros.observation.importing.timing import stops_of
@@ -117,27 +117,37 @@ def _early(use: _Use, uses: list[_Use], nodes: list[NodeFact]) -> Iterator[tuple
         return
     if entity is None or entity not in use.node.entities or not _is_first(use):
         return
-    durability = entity.details.get("durability")
-    is_told = durability == "volatile"
-    if not (is_told or is_open(durability)) or is_open(entity.name):
-        return
-    if any(each.effect.entity is entity and each.effect is not effect for each in uses):
+    if is_open(entity.name) or any(
+        each.effect.entity is entity and each.effect is not effect for each in uses
+    ):
         return  # what comes later makes up for it
-    readers = {
-        node
+    readers = [
+        (node, _durability(entity, each))
         for node in nodes
+        if node is not use.node  # another node, which may start later
         for each in node.of("subscriptions")
         if full_name_of(each, node) == full_name_of(entity, use.node)
-    }
-    if not readers - {use.node}:
-        return  # no other node in this code, which may start later
-    unless = "" if is_told else f", unless the durability is transient local ({durability})"
-    names = ", ".join(sorted({node.name for node in readers - {use.node}}))
+    ]
+    late = {node.name for node, durability in readers if durability == "volatile"}
+    doubtful = {node.name: durability for node, durability in readers if is_open(durability)}
+    names = ", ".join(sorted(late or doubtful))
+    if not names:
+        return
+    unless = "" if late else f", unless the durability is transient local ({next(iter(doubtful.values()))})"
     words = (
         f"publishes the only message of {entity.name} at once: "
         f"{names} receives it only if its subscription already exists{unless}"
     )
-    yield effect.at, EARLY.found(use.node.name, use.callback.name, who=_who(use), words=words)
+    found = EARLY.found(use.node.name, use.callback.name, who=_who(use), words=words)
+    yield effect.at, found if late else replace(found, severity="note")
+
+
+def _durability(publisher: Entity, subscription: Entity) -> str:
+    """Return the durability of what a subscription receives: transient local if both ends say so."""
+    ends = [str(each.details.get("durability")) for each in (publisher, subscription)]
+    if "volatile" in ends:
+        return "volatile"
+    return next((each for each in ends if is_open(each)), "transient_local")
 
 
 def _is_first(use: _Use) -> bool:

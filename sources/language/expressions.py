@@ -21,6 +21,7 @@ from dineros.sources.language.values import (
     Goal,
     Holder,
     Items,
+    Made,
     Mapping,
     ModuleValue,
     Object,
@@ -82,8 +83,7 @@ class Expressions(Collections):
             if holder is not None:
                 found = self.read_slot(holder, name)
                 if found is not None:
-                    is_own = here is frame and name in _assigned_once(frame.module)
-                    return self._as_assigned(found) if is_own else found
+                    return self._as_assigned(found, holder, name, frame)
             elif name in here.names and not is_global and not _is_hidden(here, frame):
                 return here.names[name]
             here = here.outer
@@ -100,10 +100,12 @@ class Expressions(Collections):
         return None
 
     @staticmethod
-    def _as_assigned(value: Value) -> Value:
-        """Return the value of a constant for the code of its own module, as it was assigned."""
-        is_plain = isinstance(value, Const) and value.origin == "variable"
-        return Const(value.value) if is_plain and isinstance(value, Const) else value
+    def _as_assigned(value: Value, holder: Holder, name: str, frame: Frame) -> Value:
+        """Return a variable of a module to the code of this module: a constant as it was assigned."""
+        if not isinstance(value, Const) or value.origin != "variable":
+            return value
+        is_one = name in _assigned_once(frame.module) and len(holder.slots[name].values) == 1
+        return Const(value.value) if is_one else value
 
     def assign_variable(self, name: str, value: Value, frame: Frame) -> None:
         """Assign a value to a variable."""
@@ -230,7 +232,13 @@ class Expressions(Collections):
         for each in options(value):
             if isinstance(each, Future) and each.effect is not None:
                 each.effect.how = "await"
-        return join(self.result_of(each) if isinstance(each, Future) else each for each in options(value))
+        return join(self._result(each, node, frame) for each in options(value))
+
+    def _result(self, value: Value, node: ast.Await, frame: Frame) -> Value:
+        """Return what an awaited value gives."""
+        if isinstance(value, Made) and value.path.endswith(".Future"):
+            return self.library.call_method(OutsideMethod(value, "__await__"), [], {}, node, frame)
+        return self.result_of(value) if isinstance(value, Future) else value
 
     def result_of(self, future: Future) -> Value:
         """Return the result of a future."""
@@ -355,20 +363,18 @@ _BUILT_IN = frozenset(
 
 @lru_cache(maxsize=4096)
 def _assigned_once(module: Module) -> frozenset[str]:
-    """Return the constants of a module, in capital letters, that only one statement assigns, in no branch."""
+    """Return the variables of a module that only one statement assigns, in no branch."""
     names = (each for each in ast.walk(module.tree) if isinstance(each, ast.Name))
     stores = Counter(each.id for each in names if not isinstance(each.ctx, ast.Load))
     changed = {name for each in ast.walk(module.tree) if isinstance(each, ast.Global) for name in each.names}
-    return frozenset(
+    assigned = (each for each in module.tree.body if isinstance(each, (ast.Assign, ast.AnnAssign)))
+    found = {
         target.id
-        for each in module.tree.body
-        if isinstance(each, ast.Assign)
-        for target in each.targets
-        if isinstance(target, ast.Name)
-        and target.id.isupper()
-        and stores[target.id] == 1
-        and target.id not in changed
-    )
+        for statement in assigned
+        for target in ast.walk(statement)
+        if isinstance(target, ast.Name) and isinstance(target.ctx, ast.Store)
+    }
+    return frozenset(name for name in found - changed if stores[name] == 1)
 
 
 def _is_hidden(outer: Frame, frame: Frame) -> bool:

@@ -16,6 +16,7 @@ from dineros.sources.language.values import (
     Open,
     Outside,
     Value,
+    constant,
     is_none,
     join,
     key_of,
@@ -71,9 +72,29 @@ class Collections(Operations):
         return found
 
     def _value_of_Subscript(self, node: ast.Subscript, frame: Frame) -> Value:  # noqa: N802
-        value, key = self.evaluate(node.value, frame), self.evaluate(node.slice, frame)
+        value = self.evaluate(node.value, frame)
+        if isinstance(node.slice, ast.Slice):
+            return self._sliced(value, node.slice, short(node), frame)
+        key = self.evaluate(node.slice, frame)
         found = [self._element(each, key, short(node)) for each in options(value) if not is_none(each)]
         return join(found) if found else Open(short(node))
+
+    def _sliced(self, value: Value, node: ast.Slice, text: str, frame: Frame) -> Value:
+        """Return a part of a list or a string."""
+        ends = (node.lower, node.upper, node.step)
+        known = [Const(None) if each is None else self.evaluate(each, frame) for each in ends]
+        if not all(isinstance(each, Const) and isinstance(each.value, int | None) for each in known):
+            return Open(text)
+        part = slice(*(constant(each) for each in known))
+        try:
+            if isinstance(value, Items) and not value.is_open:
+                return Items(value.items[part], kind=value.kind)
+            if isinstance(value, Const) and isinstance(value.value, str):
+                origins = (each.origin for each in (value, *known) if isinstance(each, Const))
+                return Const(value.value[part], next(filter(None, origins), ""))
+        except ValueError:  # a step of zero
+            pass
+        return Open(text)
 
     def _element(self, value: Value, key: Value, text: str) -> Value:
         if isinstance(value, Mapping):

@@ -75,7 +75,7 @@ class BuiltIns:
                 return Items([Const(n) for n in turns_of], len(turns_of) > 64)
             return Items([], is_open=True)
         if name == "len" and isinstance(first, Items) and not first.is_open:
-            return Const(len(first.items), "variable")
+            return Const(len(first.items), "" if self._is_fixed(first, node) else "variable")
         if name == "getattr" and len(args) > 1 and isinstance(args[1], Const):
             return self.machine.attribute(
                 args[0], str(args[1].value), f"getattr({args[1].value})", node, frame
@@ -106,3 +106,10 @@ class BuiltIns:
             values, _ = self.machine.turns(first)
             return join(values) if values else Open("next")
         return Open(name)
+
+    def _is_fixed(self, value: Items, node: ast.AST) -> bool:
+        """Return whether a collection has the same length in each run: nothing else has changed it yet."""
+        if value.kind == "tuple" or (isinstance(node, ast.Call) and isinstance(node.args[0], ast.List)):
+            return True
+        is_first = self.machine.activity.fact.kind in ("main", "module") and not self.machine.run
+        return is_first and not self.machine.attributes.has_begun

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import ast
+from typing import TypeVar
 
-from dineros.sources.facts import HELD, Entity, NodeFact
+from dineros.sources.facts import AWAITED, HELD, Entity, NodeFact
 from dineros.sources.language.fields.messages import sent
 from dineros.sources.language.machine import EVENT
 from dineros.sources.language.values import (
@@ -30,9 +31,11 @@ from dineros.sources.language.values import (
 )
 from dineros.sources.libraries.making import CONSTRUCTORS, Maker
 from dineros.sources.libraries.transforms import of_duration
+from dineros.sources.places import Place
 from dineros.sources.variables import Known
 
 Keys = dict[str, Value]
+Made_ = TypeVar("Made_", Made, Items)
 
 
 def seconds(value: Value | None) -> float | None:
@@ -62,6 +65,7 @@ class Doer:
         self.maker = maker
         self.machine = maker.machine
         self._named: dict[str, list[Value]] = {}
+        self._once: dict[tuple[Place, tuple[object, ...]], Value] = {}
 
     def is_callback(self) -> bool:
         """Return whether the executor calls the code that is being read."""
@@ -207,6 +211,14 @@ class Doer:
             return Open(f"{name}()")
         return None
 
+    def once(self, made: Made_, at: Place) -> Made_:
+        """Return what a callback makes at a line and what others set: the same whenever it is read."""
+        if not self.is_callback():
+            return made
+        calls = tuple(each for each in self.machine.trail if isinstance(each, tuple))
+        known: Made_ = self._once.setdefault((at, calls), made)  # type: ignore[assignment]
+        return known
+
     # ---------------------------------------------------------------------------------------------- executors
 
     def spin(
@@ -249,6 +261,8 @@ class Doer:
         """Call a method of a lock, an event, a condition, a queue or a thread."""
         effect, activity = self.machine.effect, self.machine.activity
         kind = made.path.split(".")[-1]
+        if kind == "Future":
+            return self._of_future(made, name, args, keys, node, frame)
         label = self._label(made, made.name or made.path)
         call = Made(name, args, keys, self.machine.place(node, frame))
         if kind in ("Semaphore", "BoundedSemaphore") and constant(made.argument(0, "value")) == 0:
@@ -271,12 +285,27 @@ class Doer:
             return Open("is set")
         if kind in ("Event", "Condition") and name in ("set", "notify", "notify_all", "clear"):
             if name != "clear":
-                effect("notify", label, node, frame)
-                self.machine.attributes.changed.append(
-                    (made.name or made.path, activity.fact)
-                )  # loops may ask for it
+                self._notify(made, label, node, frame)
             return NONE
         return None
+
+    def _of_future(
+        self, made: Made, name: str, args: list[Value], keys: Keys, node: ast.AST, frame: Frame
+    ) -> Value | None:
+        """Call a method of a future that the program makes itself, or await it."""
+        label = self._label(made, made.name or made.path)
+        if name == "__await__":
+            self.machine.effect("wait", label, node, frame, AWAITED)
+            return Open("result")
+        if name in ("set_result", "set_exception", "cancel"):
+            self._notify(made, label, node, frame)
+            return NONE
+        return self.future(Future("task"), name, args, keys)
+
+    def _notify(self, made: Made, label: str, node: ast.AST, frame: Frame) -> None:
+        """Record that the code ends a wait; loops may ask for it, too."""
+        self.machine.effect("notify", label, node, frame)
+        self.machine.attributes.changed.append((made.name or made.path, self.machine.activity.fact))
 
     def _label(self, value: Value, name: str) -> str:
         """Return a name for a lock, an event or a queue that no other one of the program has."""

@@ -57,6 +57,8 @@ _CALLS_ITS_ARGUMENT = frozenset(("filter", "map", "max", "min", "sorted"))
 _THREADS = frozenset(("threading.Thread", "threading.Timer", "multiprocessing.Process"))
 """Their functions run when they are started."""
 _LOGS = frozenset(("critical", "debug", "error", "exception", "fatal", "info", "log", "warn", "warning"))
+_WAITED_FOR = frozenset(("Barrier", "BoundedSemaphore", "Condition", "Event", "Semaphore"))
+"""What one callback waits for, and another one sets."""
 _WAITS = frozenset(("run", "call", "check_call", "check_output"))
 
 _NO_STRANGERS = frozenset((*sys.stdlib_module_names, "rclpy"))
@@ -109,7 +111,8 @@ class RosLibrary:
         if found is None:
             self._escape(args, keys, is_read=path not in _THREADS)
             self._lend(made)
-        return made if found is None else found
+            return self.doer.once(made, made.at) if last in _WAITED_FOR else made
+        return found
 
     def _escape(self, args: list[Value], keys: Keys, *, is_read: bool = True) -> None:
         for each in (*args, *keys.values()):
@@ -144,7 +147,7 @@ class RosLibrary:
         if last in ("ok", "init"):
             return Open(f"rclpy.{last}()")
         if last == "Future":
-            return Future("task")
+            return self.doer.once(made, made.at)
         if last == "wait_for_message" and self.doer.is_callback():
             given = made.argument(-1, "time_to_wait")
             what = f"a message of {text_of(made.argument(2, 'topic'))}"
@@ -166,7 +169,8 @@ class RosLibrary:
             if path not in QUEUES:
                 return Items([])
             most = constant(made.argument(0, "maxsize"))
-            return Items([], kind=QUEUE, is_bounded=isinstance(most, int) and most > 0)
+            is_bounded = isinstance(most, int) and most > 0
+            return self.doer.once(Items([], kind=QUEUE, is_bounded=is_bounded), made.at)
         if path in ("collections.defaultdict", "collections.OrderedDict"):
             return Mapping(is_open=path.endswith("defaultdict"))
         if path in ("copy.copy", "copy.deepcopy") and args:

@@ -163,7 +163,8 @@ class Polling(Matching):
         if not isinstance(function, OutsideMethod) or not isinstance(test.func, ast.Attribute):
             return None
         value = function.instance
-        if isinstance(value, Made) and value.path.endswith("Event") and test.func.attr == "is_set":
+        asks = f".{value.path.rpartition('.')[2]}.{test.func.attr}" if isinstance(value, Made) else ""
+        if isinstance(value, Made) and asks in (".Event.is_set", ".Future.done"):
             return {value.name or value.path}
         if isinstance(value, (Items, Mapping)) and test.func.attr in _LOOK:
             return self._all([test.func.value, *test.args], frame, depth)

@@ -183,6 +183,8 @@ class Statements(Polling):
     def _run_If(self, node: ast.If, frame: Frame) -> set[str]:  # noqa: N802
         (verdict, origin), condition = self._tested(node.test, frame)
         if verdict is not None and not origin:
+            if frame.function is None and "__name__" not in text_of_code(node.test):
+                self._is_dead(node.orelse if verdict else node.body, frame)
             return self.execute(node.body if verdict else node.orelse, frame)
         done = Branch(condition, [], [])
         self.activity.block.append(done)
@@ -220,6 +222,12 @@ class Statements(Polling):
         for name, value in off.items():
             frame.names.setdefault(name, value)
         return ends
+
+    def _is_dead(self, body: list[ast.stmt], frame: Frame) -> None:
+        """Record that a module never runs these statements: the model lacks nothing of them."""
+        calls = (each for part in body for each in ast.walk(part) if isinstance(each, ast.Call))
+        lines = (each.func.end_lineno or each.lineno for each in calls)
+        self.modules.reached.update((frame.module.path, line) for line in lines)
 
     def _run_Try(self, node: ast.Try, frame: Frame) -> set[str]:  # noqa: N802
         before = dict(frame.names)

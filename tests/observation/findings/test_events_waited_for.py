@@ -355,3 +355,71 @@ def test_loops_in_python_wait_for_attributes(
 def test_loops_in_python_that_end_by_themselves(tmp_path: Path, loop: str) -> None:
     text = POLLS_ATTRIBUTES.replace("LOOP", loop).replace("GROUP", "").replace("THREADS", "1")
     assert _of_code(files(tmp_path, robot=text)) == []
+
+
+FUTURE = """
+from rclpy.task import Future
+class Robot(Node):
+    def __init__(self):
+        super().__init__('robot')
+        self.pending = Future()
+        group = MutuallyExclusiveCallbackGroup()
+        self.create_subscription(String, 'in', self.heard, 10GROUP)
+        self.create_timer(1.0, self.tick)
+
+    def heard(self, message):
+        self.pending.set_result(message)
+
+    async def tick(self):
+        WAITS
+
+def main():
+    rclpy.init()
+    rclpy.spin(Robot())
+"""
+
+
+@pytest.mark.parametrize(
+    ("waits", "group", "hangs"),
+    [
+        ("await self.pending", "", True),
+        ("self.pending = Future(); await self.pending", "", True),
+        ("await self.pending", ", callback_group=group", False),  # an await blocks no thread
+        ("while not self.pending.done(): time.sleep(0.1)", "", True),
+        ("while not self.pending.done(): time.sleep(0.1)", ", callback_group=group", True),
+        ("self.pending.done()", "", False),
+    ],
+)
+def test_a_future_that_the_program_sets(tmp_path: Path, waits: str, group: str, hangs: bool) -> None:
+    source = files(tmp_path, robot=FUTURE.replace("GROUP", group).replace("WAITS", waits))
+    _, text = run("check", "-q", "--source", source)
+    assert ("[code-waits-for-itself]" in text) == hangs, text
+
+
+@pytest.mark.parametrize(
+    ("made", "sets", "waits"),
+    [("threading.Event()", "set()", "wait()"), ("queue.Queue()", "put(1)", "get()")],
+)
+@pytest.mark.parametrize(("group", "hangs"), [("None", True), ("other", False)])
+def test_what_a_callback_makes_and_waits_for(
+    tmp_path: Path, made: str, sets: str, waits: str, group: str, hangs: bool
+) -> None:
+    """Each run makes its own; one line makes both groups."""
+    text = PROGRAM.replace("GROUP", f", callback_group={group}").replace(
+        "import threading", "import queue, threading"
+    )
+    text = text.replace(
+        "        self.done = threading.Event()",
+        "        own, other = MutuallyExclusiveCallbackGroup(), MutuallyExclusiveCallbackGroup()",
+    ).replace(
+        "self.tick)", "self.tick, callback_group=GROUP)".replace("GROUP", "own" if not hangs else "None")
+    )
+    text = text.replace("self.finish)", f"lambda _: done.{sets})").replace(
+        "self.done.wait()", f"done.{waits}"
+    )
+    text = text.replace(
+        "        self.other.call_async", f"        done = {made}\n        self.other.call_async"
+    )
+    text = text.replace("        self.done.clear()\n", "").replace("self.done.set()", "pass")
+    _, shown = run("check", "-q", "--source", files(tmp_path, robot=text))
+    assert ("[code-waits-for-itself]" in shown) == hangs, shown
