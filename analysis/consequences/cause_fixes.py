@@ -161,7 +161,7 @@ def _against_waiting(model: sym.SystemModel, finding: Finding, budget: Budget) -
         fix = _settings([setting for _, each in changes.steps(model) for setting in each])
         if not blocked:
             return fix
-        left = next((each.circle for each in blocked if each.circle is not None), None)
+        left = _circle_in(blocked)
         if left is None:  # they wait for something else: another fault
             without_circle = without_circle or fix
             continue
@@ -196,20 +196,36 @@ def _pages_in(circle: Circle) -> set[str]:
 
 
 def _with_time_outs(model: sym.SystemModel, circle: Circle, pages: set[str], budget: Budget) -> Fix | None:
-    """Let the callbacks of a circle end without responses; None if they wait all the same."""
+    """Let the callbacks of a circle end without responses; None if they wait all the same.
+
+    If they wait in another circle then, the calls of that circle end as well.
+    """
+    ended: set[str] = set()
 
     def fix(copied: sym.SystemModel) -> None:
         for service in channels(copied, sym.ServiceChannel):
-            if service.id in circle.elements:
+            if service.id in ended:
                 for client in service.clients:
                     page = callback_page_of(client.request)
                     if page is not None and page.id in pages:
                         _end_call(client)
 
-    copied, _ = deep_copy(model)
-    assert isinstance(copied, sym.SystemModel)
-    fix(copied)
-    return fix if _blocked(copied, pages, budget) == [] else None
+    left: Circle | None = circle
+    while left is not None and not ended.issuperset(left.elements):
+        ended.update(left.elements)
+        copied, _ = deep_copy(model)
+        assert isinstance(copied, sym.SystemModel)
+        fix(copied)
+        blocked = _blocked(copied, pages, budget)
+        if not blocked:
+            return fix if blocked == [] else None
+        left = _circle_in(blocked)
+    return None
+
+
+def _circle_in(blocked: Sequence[Blocked]) -> Circle | None:
+    """Return a circle in which callbacks wait, if there is one."""
+    return next((each.circle for each in blocked if each.circle is not None), None)
 
 
 def _end_call(client: sym.ClientPort) -> None:

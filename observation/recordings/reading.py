@@ -233,11 +233,12 @@ class Recording:
             raise self.error("this recording does not exist")
         is_folder = self._metadata is not None
         opened = [self._open.enter_context(stored(file, follow_links=not is_folder)) for file in files]
+        self._refuse_unnamed()
         self._bytes = sum(file.size for file in opened)
         self._open_storages(opened)
 
     def _files_of_folder(self) -> list[Path]:
-        files = sorted(file for file in self._path.iterdir() if file.suffix in (*_KINDS, _PACKED))
+        files = self._present()
         if not files:
             raise self.error(
                 "holds no recording", f"a recording of rosbag2 is a {METADATA} and files next to it"
@@ -249,6 +250,21 @@ class Recording:
             )
         self._metadata = read_metadata(self._path)
         return [self._path / name for name in self._metadata.files]
+
+    def _present(self) -> list[Path]:
+        return sorted(file for file in self._path.iterdir() if file.suffix in (*_KINDS, _PACKED))
+
+    def _refuse_unnamed(self) -> None:
+        """Reject files that the metadata do not name: their messages would count as not sent."""
+        if self._metadata is None:
+            return
+        named = {name.removesuffix(_PACKED) for name in self._metadata.files}
+        for file in self._present():
+            if file.name.removesuffix(_PACKED) not in named:
+                raise self.error(
+                    f"holds {file.name}, which {METADATA} does not name",
+                    "`ros2 bag reindex` names all files; move the file away if it is another recording",
+                )
 
     def _open_storages(self, files: list[StoredFile]) -> None:
         from dineros.observation.recordings.files import most_unpacked, unpacked
@@ -264,6 +280,14 @@ class Recording:
                     left -= source.size
                 storage = opened(source, kind)
             self._open.callback(storage.close)
+            of_topics = sum(connection.msgcount for connection in storage.connections)
+            if of_topics < storage.metadata.message_count:
+                raise RecordingError(
+                    f"holds {counted(storage.metadata.message_count, 'message')}, "
+                    f"but only {of_topics:,} on topics that it describes",
+                    location=Location(file.path),
+                    hint=_REINDEX,
+                )
             self._storages.append((file.path, storage))
         self._storages.sort(key=lambda each: each[1].metadata.start_time)
         for _, storage in self._storages:

@@ -93,6 +93,41 @@ def test_what_a_circle_does_not_cause_stays_with_time_outs() -> None:
     assert ("dead-transition", ("Has",)) in [(each.rule, each.elements) for each in report.findings]
 
 
+def calling_in_turn() -> sym.SystemModel:
+    """Return a node whose timer calls two services, one after the other, in the group of their responses."""
+    model = sym.SystemModel(id="in_turn", middleware="ros2")
+    server = node_net(model, "server", execution="callbacks")
+    tick = callback(node_net(model, "user", execution="callbacks"), "OnTick", "timer", 1.0)
+    got: list[sym.Place] = []
+    for number in ("First", "Second"):
+        serves = callback(server, f"On{number}", "server")
+        asked, answered = place(serves, f"{number}Asked"), place(serves, f"{number}Answered")
+        step(serves, f"{number}Serve", [asked], [answered])
+        request, waits, response = (
+            place(tick, f"{number}{each}") for each in ("Request", "Waits", "Response")
+        )
+        step(tick, f"{number}Call", got, [request, waits])
+        got = [waits, response]
+        client = sym.ClientPort(client="user", request=request, response=response)
+        port = sym.ServerPort(page=serves, entry=asked, exit=answered)
+        model.channels.append(
+            sym.ServiceChannel(
+                id=number, service=f"/{number.lower()}", depth=1, server=port, clients=[client]
+            )
+        )
+    step(tick, "Done", got, [])
+    return model
+
+
+def test_a_circle_behind_another_one_is_mended_by_time_outs_as_well(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The second call waits in a circle once the first one ends."""
+    monkeypatch.setattr(mending, "CHANGES_SHARE", 0.0)
+    report = folded(calling_in_turn(), Budget(seconds=300))
+    assert faults(report.findings) == ["callback-deadlock"]
+    dead = {element for rule, element in consequences(report.findings[0]) if rule == "dead-transition"}
+    assert {"SecondCall", "Done"} <= dead
+
+
 def test_what_has_another_cause_stays() -> None:
     report = folded(unrelated(program("same_group")))
     assert faults(report.findings) == ["callback-deadlock", "dead-transition"]

@@ -258,6 +258,7 @@ def test_a_name_is_not_an_address(name: str, tmp_path: Path) -> None:
     outside.rename(tmp_path / "outside.db3")
     inside = write_bag(tmp_path / "inside", [("/a1", 1)], storage="sqlite3") / "inside.db3"
     bag = folder(tmp_path / "bag", relative_file_paths=f"['{name}']", storage_identifier="sqlite3")
+    (bag / "a.mcap").rename(bag / f"{name}.zstd")  # a packed copy is not another file
     inside.rename(bag / name)
     with Recording(bag) as recording:
         assert [topic.name for topic in recording.topics] == ["/a1"]

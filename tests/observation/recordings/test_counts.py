@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sqlite3
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -81,6 +83,33 @@ def test_the_sum_of_messages_counts_as_well(storage: str, tmp_path: Path) -> Non
     edited(bag, "message_count: 3", "message_count: 7")
     with pytest.raises(RecordingError, match="declares 7 messages, but only 3 can be read"):
         Recording(bag)
+
+
+@pytest.mark.parametrize("storage", STORAGES)
+def test_a_file_that_the_metadata_does_not_name_is_not_ignored(storage: str, tmp_path: Path) -> None:
+    bag = write_bag(tmp_path / "bag", MESSAGES, storage=storage)
+    (file,) = (file for file in bag.iterdir() if file.suffix != ".yaml")
+    more = file.rename(bag / f"second{file.suffix}")
+    file.write_bytes(more.read_bytes())
+    with pytest.raises(
+        RecordingError, match=rf"holds second\{file.suffix}, which metadata.yaml does not name"
+    ):
+        Recording(bag)
+    more.rename(bag / f"{file.name}.zstd")  # the packed form of a file that was unpacked next to it
+    assert read(bag) == MESSAGES
+
+
+@pytest.mark.parametrize(
+    "change", ["DELETE FROM topics WHERE name = '/b'", "UPDATE messages SET topic_id = 9"]
+)
+def test_messages_of_topics_that_a_database_does_not_describe_are_not_ignored(
+    change: str, tmp_path: Path
+) -> None:
+    file = write_bag(tmp_path / "bag", MESSAGES, storage="sqlite3") / "bag.db3"
+    with closing(sqlite3.connect(file)) as database, database:
+        database.execute(change)
+    with pytest.raises(RecordingError, match=r"holds 3 messages, but only \d on topics that it describes"):
+        Recording(file)
 
 
 def test_messages_missing_behind_a_count_are_noticed_at_the_end(tmp_path: Path) -> None:
