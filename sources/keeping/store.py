@@ -68,7 +68,7 @@ class Store:
             text = json.dumps(entry, allow_nan=False).encode()
             if len(text) < MOST_BYTES // 2 and json.loads(text) == entry:
                 content = hashlib.sha256(text).hexdigest().encode() + b"\n" + text
-                write_atomically(self._folder / name, content, synchronise=False)
+                write_atomically(self._folder / name, content, follow_links=False, synchronise=False)
 
 
 def tidy(folder: Path) -> None:

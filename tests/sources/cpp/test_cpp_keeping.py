@@ -274,3 +274,15 @@ def test_a_folder_that_others_may_change_is_not_used(
     assert was_kept == [False] * 4 and [*cache.iterdir()] == []
     (workspace.parent / "file").write_text("")
     assert facts(workspace, workspace.parent / "file") == facts(workspace)
+
+
+def test_a_link_in_the_cache_is_not_written_through(workspace: Path) -> None:
+    cache, other = workspace.parent / "cache", workspace.parent / "other"
+    (workspace / "b.cpp").write_text(BRANCHES)
+    right = facts(workspace, cache)
+    other.write_text("of the user")
+    for entry in sorted(cache.iterdir()):
+        entry.unlink()
+        entry.symlink_to(other)
+    assert facts(workspace, cache) == right
+    assert other.read_text() == "of the user"
