@@ -41,6 +41,9 @@ NODE, SPACE = "__node", "__ns"
 
 AWAITED = "await, without time-out"
 """The way of waiting that blocks no thread: a coroutine is suspended, and its callback group is held."""
+NO_SPIN = "open: no spin was seen"
+"""Executor of a node that no code in the folder spins."""
+
 HELD = "held already"
 """The way of taking a lock that the same callback already holds and that is not recursive."""
 

@@ -8,10 +8,10 @@ before an executor runs it never processes the response.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from dineros.analysis.witnesses.findings import Fault, Finding
-from dineros.sources.facts import STARTING, Effect, Entity, NodeFact, is_open
+from dineros.sources.facts import NO_SPIN, STARTING, Effect, Entity, NodeFact, is_open
 from dineros.sources.places import Place
 from dineros.sources.resolving import full_name_of
 
@@ -70,6 +70,7 @@ def starts(nodes: Iterable[NodeFact]) -> Iterator[tuple[NodeFact, Place, Finding
         yield wait.node, wait.effect.at, found
     for node in every:
         yield from ((node, *each) for each in _unspun(node))
+        yield from _of_helper(node, every)
 
 
 def _one_of(names: Sequence[str]) -> str:
@@ -135,6 +136,34 @@ def _unspun(node: NodeFact) -> Iterator[tuple[Place, Finding]]:
             if words and 0 < effect.order < (node.spun or effect.order + 1):
                 who = f"{callback.name} of {node.name}"
                 yield effect.at, UNSPUN.found(node.name, callback.name, who=who, words=words)
+
+
+def _of_helper(helper: NodeFact, nodes: list[NodeFact]) -> Iterator[tuple[NodeFact, Place, Finding]]:
+    """Yield the calls of other nodes through a client of a node that no executor ever runs.
+
+    In C++, a spin in code that is not in the folder is possible.
+    """
+    is_known = helper.threads == "not spun"
+    if helper.spun or helper.is_lent or helper.lent_to or not (is_known or helper.executor == NO_SPIN):
+        return
+    around = [node for node in nodes if node is not helper and node.is_beside(helper)]
+    every = [(node, each) for node in around for each in node.callbacks]
+    if any(effect.do.startswith("spin") for _, each in every for effect in each.effects):
+        return
+    for node, callback in every:
+        for effect in callback.effects:
+            is_endless = effect.how == "blocks, without time-out"
+            if effect.do != "call" or not is_endless or effect.entity not in helper.entities:
+                continue
+            what = effect.entity.name or effect.entity.port
+            words = (
+                f"waits for the response of {what} through a client of {helper.name}: forever, "
+                f"as no executor runs {helper.name}"
+            )
+            who = f"{callback.name} of {node.name}"
+            found = UNSPUN.found(node.name, callback.name, who=who, words=words)
+            is_certain = is_known and effect.when != "conditional"
+            yield node, effect.at, found if is_certain else replace(found, severity="warning")
 
 
 def _waits_unspun(effect: Effect, node: NodeFact) -> str:

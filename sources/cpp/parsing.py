@@ -35,9 +35,9 @@ class Source:
     root : Node
         Of its tree.
     text : bytes
-        The parsed text: macros of visibility are replaced by blanks.
+        The parsed text: macros of visibility are replaced by blanks, those of the folder are expanded.
     digest : str
-        Hash of the file.
+        Hash of the text with its macros expanded.
     """
 
     path: str
@@ -65,31 +65,24 @@ def is_there() -> bool:
     return True
 
 
-def parse(folder: SourceFolder, path: str) -> Source | None:
-    """Return a file as a tree; None, and a line in `unread`, if that is not possible."""
-    content = folder.content(path)
-    if content is None:
-        return None
-    try:
-        content.decode()
-    except UnicodeDecodeError:
-        folder.unread.append(f"{path}: it is not text in UTF-8")
-        return None
+def parse(folder: SourceFolder, path: str, code: str) -> Source | None:
+    """Return the text of a file as a tree; None, and a line in `unread`, if that is not possible."""
+    content = code.encode()
     if _nested(content) > MOST_NESTED:
         folder.unread.append(f"{path}: its brackets are nested more than {MOST_NESTED} deep")
         return None
     text = _MARKS.sub(_blank, content)
     root = _parser().parse(text).root_node
     if root.has_error and _DIRECTIVE.search(text):
-        least = _errors(root)
+        least = errors_of(root)
         for other in (_DIRECTIVE.sub(_blank, text), _first_branches(text)):
             tried = _parser().parse(other).root_node
-            if (number := _errors(tried)) < least:
+            if (number := errors_of(tried)) < least:
                 root, text, least = tried, other, number
     return Source(path, root, text, hashlib.sha256(content).hexdigest())
 
 
-def _errors(root: Node) -> int:
+def errors_of(root: Node) -> int:
     """Return how many parts of a tree could not be parsed."""
     found, todo = 0, [root]
     while todo:

@@ -18,12 +18,13 @@ from dineros.sources.cpp.following.statements import Statements
 from dineros.sources.cpp.index import Asked, ClassInfo, Index, Routine
 from dineros.sources.cpp.keeping import Followed, Keeper
 from dineros.sources.cpp.left_out import calls_of
-from dineros.sources.cpp.parsing import Source, parse
+from dineros.sources.cpp.macros.expanding import Macros
+from dineros.sources.cpp.parsing import Source, errors_of, parse
 from dineros.sources.cpp.replaced import join_replaced
 from dineros.sources.cpp.tables.parameter_libraries import read_parameter_libraries
 from dineros.sources.cpp.tables.plugins import read_plugins
 from dineros.sources.cpp.values import Frame, Made, Todo, Value
-from dineros.sources.facts import CallbackFact, NodeFact
+from dineros.sources.facts import NO_SPIN, CallbackFact, NodeFact
 from dineros.sources.folders import CPP, SourceFolder, is_test
 from dineros.sources.launch.containers import THREADS
 from dineros.sources.left_out import lines
@@ -73,16 +74,18 @@ class CppPrograms:
         self.files = [path for path in folder.files if path.endswith(CPP) and not is_test(path)]
         self._sources: list[Source] = []
         with deep_recursion():
-            for path in self.files:
+            texts = {path: text for path in self.files if (text := folder.read(path)) is not None}
+            macros = Macros(texts)
+            for path, text in texts.items():
                 try:
-                    source = parse(folder, path)
+                    source = _parsed(folder, path, text, macros)
                     if source is not None:
                         self.index.add(source)
                         self._sources.append(source)
                 except RecursionError:
                     folder.unread.append(f"{path}: it is nested too deeply")
         self.index.finish()
-        folder.unread += self.index.unread
+        folder.unread += [*macros.unread, *self.index.unread]
         self.index.libraries = read_parameter_libraries(folder)
         self.index.plugins = read_plugins(folder, self._sources)
         self._reach = Reach(self.index, self._idioms)
@@ -290,12 +293,26 @@ class CppPrograms:
         join_replaced(machine)
         machine.add_setters()
         for node in machine.nodes:
-            _finish(node, start, cls, None if cls is None else self._component(cls))
+            kinds = {each.cls for each in machine.nodes}
+            is_helper = cls is None or (node.cls != cls.name and cls.name in kinds)
+            _finish(node, start, cls, None if cls is None or is_helper else self._component(cls), is_helper)
             if is_cut:
                 for callback in node.callbacks:
                     callback.is_open = True
                 node.threads = "open"
         return Followed(machine.nodes, unread, reached, machine.steps), is_whole
+
+
+def _parsed(folder: SourceFolder, path: str, text: str, macros: Macros) -> Source | None:
+    """Return a file with its macros expanded; they are left as they are if the result cannot be parsed."""
+    expanded = macros.expanded(path, text)
+    source = parse(folder, path, expanded)
+    if expanded != text and source is not None and source.root.has_error:
+        plain = parse(folder, path, text)
+        if plain is not None and errors_of(plain.root) < errors_of(source.root):
+            macros.are_lost(path, text)
+            return plain
+    return source
 
 
 def _share(machine: Statements) -> None:
@@ -350,8 +367,13 @@ def _node_of(target: Value) -> Any:
     return None
 
 
-def _finish(node: NodeFact, start: CallbackFact, cls: ClassInfo | None, component: Component | None) -> None:
-    """Complete a node with the actions of the main function on its ports, and with its executor."""
+def _finish(
+    node: NodeFact, start: CallbackFact, cls: ClassInfo | None, component: Component | None, is_helper: bool
+) -> None:
+    """Complete a node with the actions of the main function on its ports, and with its executor.
+
+    A component, which is no helper, runs in the executor of its container.
+    """
     node.entities = [each for each in node.entities if each.kind not in ("done", "threads")]
     own = set(node.entities)
     # A line names foreign code that receives the node; it cannot use the ports that a class holds.
@@ -367,8 +389,7 @@ def _finish(node: NodeFact, start: CallbackFact, cls: ClassInfo | None, componen
         node.threads = THREADS.get(node.executor, "open")
     elif node.threads == "not spun":
         node.threads = "open"
-        words = "a component: its container decides" if cls is not None else "no spin was seen"
-        node.executor = f"open: {words}"
+        node.executor = NO_SPIN if is_helper else "open: a component: its container decides"
 
 
 def _different(nodes: Iterable[NodeFact]) -> list[NodeFact]:

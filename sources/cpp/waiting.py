@@ -178,28 +178,63 @@ def _texts(node: Node) -> Iterator[str]:
 
 
 def is_repeated_until_true(call: Node) -> bool:
-    """Return whether a ``while`` loop repeats a call until it returns true, or until shutdown."""
+    """Return whether a loop repeats a call until it returns true, or until shutdown.
+
+    It is the condition of the loop, ``while (!call)``, or that of its way out, ``if (call) { break; }``.
+    """
+    asked = call
     test = call.parent
-    if test is None or not text_of(test).startswith("!"):
+    is_negated = test is not None and text_of(test).startswith("!")
+    if test is not None and is_negated:
+        asked, test = test, test.parent
+    while test is not None and test.type in ("binary_expression", "parenthesized_expression"):
+        sides = [test.child_by_field_name(each) for each in ("left", "right")]
+        others = [each for each in sides if each is not None and each != asked]
+        if any(text_of(test.child_by_field_name("operator")) != "&&" for _ in others):
+            return False
+        if not all(text_of(each).endswith("ok()") for each in others):  # until shutdown, too
+            return False
+        asked, test = test, test.parent
+    loop = test.parent if test is not None and test.type == "condition_clause" else test
+    way_out: Node | None = None
+    if not is_negated:
+        way_out = loop
+        loop = loop.parent if loop is not None and _leaves(loop) else None
+        loop = loop.parent if loop is not None and loop.type == "compound_statement" else None
+        condition = loop.child_by_field_name("condition") if loop is not None else None
+        if condition is not None and not text_of(condition).strip("()").endswith(("true", "1", "ok")):
+            return False
+    if loop is None or loop.type not in ("while_statement", "do_statement", "for_statement"):
         return False
-    loop = test.parent
-    while loop is not None and loop.type == "binary_expression" and "ok() &&" in text_of(loop):
-        loop = loop.parent  # until shutdown, too
-    loop = loop.parent if loop is not None else None
-    if loop is None or loop.type != "while_statement":
+    if loop.type == "for_statement" and loop.child_by_field_name("update") is not None:
         return False
     body = loop.child_by_field_name("body")
-    todo = [body] if body is not None else []
+    return body is not None and not _may_leave(body, way_out)
+
+
+def _leaves(choice: Node) -> bool:
+    """Return whether a statement is an ``if`` that ends a loop."""
+    part = choice.child_by_field_name("consequence") if choice.type == "if_statement" else None
+    if part is not None and part.type == "compound_statement":
+        part = part.named_children[-1] if part.named_children else None
+    return part is not None and part.type in ("break_statement", "return_statement")
+
+
+def _may_leave(body: Node, way_out: Node | None) -> bool:
+    """Return whether the body of a loop may end it by another way than one, or at shutdown."""
+    todo = [body]
     while todo:
         part = todo.pop()
-        if part.type == "if_statement" and "ok()" in text_of(part.child_by_field_name("condition")):
+        if part.type == "if_statement" and (
+            part == way_out or "ok()" in text_of(part.child_by_field_name("condition"))
+        ):
             rest = part.child_by_field_name("alternative")
             todo += [rest] if rest is not None else []
         elif part.type in _LEAVES or (part.type == "call_expression" and text_of(part).startswith(_EXITS)):
-            return False
+            return True
         else:
             todo += part.named_children
-    return True
+    return False
 
 
 def is_lost(made: Node) -> bool:

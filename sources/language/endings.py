@@ -119,7 +119,7 @@ def may_give_up(node: ast.While) -> bool:
 def waits_for(node: ast.While, methods: tuple[str, ...] = SERVERS) -> ast.Attribute | None:
     """Return the method of a loop that ends only once it returns true, or at shutdown.
 
-    None: it may end otherwise.
+    It is the test of the loop, or that of its way out: ``if x: break``. None: it may end otherwise.
 
     Examples
     --------
@@ -128,12 +128,18 @@ def waits_for(node: ast.While, methods: tuple[str, ...] = SERVERS) -> ast.Attrib
     'c.wait_for_service'
     >>> waits_for(ast.parse("while not c.wait_for_service(1.0): break").body[0])
     """
-    test = _awaited(node.test)
+    test, rest = _awaited(node.test), list[ast.AST](node.body)
+    is_until_shutdown = isinstance(node.test, ast.Call) and ast.unparse(node.test).endswith("ok()")
+    if is_until_shutdown or ast.unparse(node.test) in ("True", "1"):
+        choices = [each for each in node.body if isinstance(each, ast.If)]
+        for each in choices[:1]:
+            if isinstance(each.body[-1], (ast.Break, ast.Return)):
+                test, rest = each.test, [one for one in rest if one is not each] + list(each.orelse)
     if not (
         isinstance(test, ast.Call) and isinstance(test.func, ast.Attribute) and test.func.attr in methods
     ):
         return None
-    todo: list[ast.AST] = list(node.body)
+    todo = rest
     while todo:
         part = todo.pop()
         if isinstance(part, ast.If) and "ok()" in ast.unparse(part.test):

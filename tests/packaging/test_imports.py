@@ -166,7 +166,17 @@ FOLDERS = {
         *("reading", "vendors"),
     ],
     "sources/cpp": [
-        *("parsing", "declarators", "tables", "index", "values", "operations", "quality", "following"),
+        *(
+            "parsing",
+            "declarators",
+            "tables",
+            "macros",
+            "index",
+            "values",
+            "operations",
+            "quality",
+            "following",
+        ),
         *("keeping", "binding", "waiting", "interpreting"),
         *("making", "left_out", "ports", "doing", "replaced", "programs"),
     ],

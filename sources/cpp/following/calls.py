@@ -275,6 +275,9 @@ class Calls(Routines):
         if not nodes or call.last in _HARMLESS or call.path.startswith(_HARMLESS_SPACES):
             return
         self.fact.is_open = True
+        for each in nodes:
+            if each.node is not None:
+                each.node.is_lent = True
         place, name = self.place(call.node, call.frame), call.path
         self.unread.append(
             f"{place}: {name} receives the node, but its code is not in the folder, so its ports are unknown"

@@ -24,6 +24,8 @@ _ASKS = re.compile(r"\bok\s*\(|wait_for|wait_until|future_status|FutureReturnCod
 _GETTER = re.compile(r"(!?)\s*(?:this->)?(\w+)\(\)")
 _NUMBERED = re.compile(r'<<\s*"([A-Za-z]\w*)"\s*<<\s*\w+\+\+\s*;')
 """The name of a numbered parameter."""
+_NEVER = ("(0)", "(false)")
+"""Conditions of ``do`` loops that only make one statement of several, as in macros."""
 _MOST_TURNS = 100
 """Items of a list that are followed one by one."""
 
@@ -156,7 +158,8 @@ class Loops(Fields):
         return name not in frame.values and is_member
 
     def _do_do_statement(self, node: Node, frame: Frame) -> None:
-        count = self._numbered(node)
+        condition = text_of(node.child_by_field_name("condition"))
+        count = 1 if condition in _NEVER else self._numbered(node)
         if count is not None:
             self._turns([Const(turn) for turn in range(count)], "", node.child_by_field_name("body"), frame)
             return

@@ -117,9 +117,9 @@ class Machine(Ways):
         self.steps = 0
         self.most_steps = MOST_STEPS
         self._led: dict[
-            int, tuple[str, tuple[object, ...], tuple[int, ...], tuple[tuple[int, int], ...]]
+            int, tuple[str, tuple[object, ...], tuple[int, ...], tuple[tuple[int, int], ...], int]
         ] = {}
-        """Of effects, by id: when, and the calls, iterations and branches that led to it first."""
+        """Of effects, by id: when, the calls, iterations and branches that led to it first, and its start."""
         self._happened = 0
         self._order = 0
         self._stored: list[str] = []
@@ -204,7 +204,7 @@ class Machine(Ways):
         effect.holding = tuple(self.holding)
         same = [each for each in self.fact.effects if self._is_same(each, effect)]
         for each in same:
-            if do not in _COUNTED or not self._is_again(each):
+            if do not in _COUNTED or not self._is_again(each, node):
                 self.block.append(Do(each))
                 return each
         if len(same) >= _MOST_TIMES:
@@ -212,7 +212,8 @@ class Machine(Ways):
             self.block.append(Do(same[-1]))
             return same[-1]
         effect.order = self.next_order()
-        self._led[id(effect)] = (effect.when, tuple(self.calls), tuple(self.turns), tuple(self.branching))
+        led = (effect.when, tuple(self.calls), tuple(self.turns), tuple(self.branching), node.start_byte)
+        self._led[id(effect)] = led
         self.happens()
         self.fact.effects.append(effect)
         self.block.append(Do(effect))
@@ -222,16 +223,18 @@ class Machine(Ways):
         """Return whether two effects are one, unless code does it again; one line may have two locks."""
         if (one.do, one.at, one.entity) != (other.do, other.at, other.entity):
             return False
+        if one.do == "lock" and one.how != other.how:
+            return False
         when = self._led[id(one)][0] if id(one) in self._led else one.when
         return when == other.when and (other.entity is not None or one.what == other.what)
 
-    def _is_again(self, effect: Effect) -> bool:
-        """Return whether code does an effect again: another call leads to it, and no other branch."""
-        _, calls, turns, branching = self._led.get(id(effect), ("", (), (), ()))
+    def _is_again(self, effect: Effect, node: Node) -> bool:
+        """Return whether code does an effect again: another call, or part of a line, but no other branch."""
+        _, calls, turns, branching, start = self._led.get(id(effect), ("", (), (), (), node.start_byte))
         others = dict(branching)
         if any(others.get(at, side) != side for at, side in self.branching):
             return False
-        return (calls, turns) != (tuple(self.calls), tuple(self.turns))
+        return (calls, turns, start) != (tuple(self.calls), tuple(self.turns), node.start_byte)
 
     def next_order(self) -> int:
         """Return the next position in the start of the program; 0 outside of it."""

@@ -24,7 +24,14 @@ _INSIDE = {
 }
 _NOTHING = {
     *("comment", "static_assert_declaration", "class_specifier"),
-    *("struct_specifier", "preproc_def", "preproc_call", "preproc_include", "enum_specifier"),
+    *(
+        "struct_specifier",
+        "preproc_def",
+        "preproc_function_def",
+        "preproc_call",
+        "preproc_include",
+        "enum_specifier",
+    ),
 }
 
 

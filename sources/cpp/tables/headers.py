@@ -37,6 +37,13 @@ class Headers:
             self._reached[path] = frozenset(seen)
         return self._reached[path]
 
+    def named(self, header: str, path: str) -> str | None:
+        """Return the file of the folder that a file includes as a header; None: it is not in the folder."""
+        header = header.replace("../", "").removeprefix("./")
+        same = self._by_end.get(header.rpartition("/")[2], ())
+        wanted = [each for each in same if f"/{each}".endswith(f"/{header}") and each != path]
+        return max(wanted, key=lambda each: _nearness(path, each), default=None)
+
     def nearest(self, path: str, others: Iterable[str]) -> set[str]:
         """Return which of several files define what a file means: those that it includes, in its folder."""
         found = set(others)

@@ -10,9 +10,7 @@ from dineros.sources.cpp.parsing import Source
 from dineros.sources.folders import SourceFolder
 
 _EXPORTS = ("PLUGINLIB_EXPORT_CLASS", "CLASS_LOADER_REGISTER_CLASS")
-_DEFINE = re.compile(
-    r"^[ \t]*#[ \t]*define[ \t]+(\w+)\(([\w, \t]*)\)((?:[^\n]*\\\r?\n)*[^\n]*)", re.MULTILINE
-)
+_DEFINE = re.compile(r"^[ \t]*#[ \t]*define\b(?:[^\n]*\\\r?\n)*[^\n]*", re.MULTILINE)
 _CLASS = re.compile(r"<class\b([^>]*)>")
 _ATTRIBUTE = re.compile(r"\b(name|type)\s*=\s*[\"']([^\"']*)[\"']")
 _LONGEST = 2000
@@ -67,41 +65,16 @@ def is_plugin(plugin: Plugin, cls: str) -> bool:
 
 
 def read_plugins(folder: SourceFolder, sources: Iterable[Source]) -> Plugins:
-    """Return the plugins that files in C++ export, also by macros of the folder, and their names."""
-    texts = {each.path: each.text.decode(errors="replace") for each in sources}
-    macros = {
-        found[1]: ([each.strip() for each in found[2].split(",")], found[3].replace("\\\n", " "))
-        for text in texts.values()
-        if _exports(text)
-        for found in _DEFINE.finditer(text)
-        if _exports(found[3])
-    }
+    """Return the plugins that files in C++ export, with their macros expanded, and their names."""
     exported: list[Plugin] = []
-    for path, text in texts.items():
-        names = [each for each in (*_EXPORTS, *macros) if each in text]
+    for source in sources:
+        text = source.text.decode(errors="replace")
+        names = [each for each in _EXPORTS if each in text]
         code = _DEFINE.sub("", text) if names else ""
         for name in names:
-            for args in _calls(name, code):
-                for cls, base in _expanded(name, args, macros):
-                    exported.append(Plugin(cls, base, path))
+            found = (args for args in _calls(name, code) if len(args) == 2)
+            exported += [Plugin(cls, base, source.path) for cls, base in found]
     return Plugins(list(dict.fromkeys(exported)), _names(folder) if exported else {})
-
-
-def _expanded(
-    name: str, args: list[str], macros: Mapping[str, tuple[list[str], str]]
-) -> Iterable[tuple[str, str]]:
-    if name in _EXPORTS:
-        return [(args[0], args[1])] if len(args) == 2 else []
-    parameters, body = macros[name]
-    if len(parameters) != len(args):
-        return []
-    given = dict(zip(parameters, args, strict=True))
-    text = re.sub(r"\w+", lambda found: given.get(found[0], found[0]), body)
-    return [(each[0], each[1]) for one in _EXPORTS for each in _calls(one, text) if len(each) == 2]
-
-
-def _exports(text: str) -> bool:
-    return any(each in text for each in _EXPORTS)
 
 
 def _calls(name: str, text: str) -> Iterable[list[str]]:

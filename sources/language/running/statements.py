@@ -361,6 +361,7 @@ class Statements(Polling):
         loop = self.effect("loop", f"while {_text(node.test)}", node, frame, why)
         before = len(self.attributes.changed)
         found = self._open_loop(node.body, frame, lambda: None, condition, is_entered=is_endless)
+        self._awaits(node, frame)
         effects = self.activity.fact.effects
         spins = any(each.do.startswith("spin") for each in effects[effects.index(loop) :])
         if loop.order and (spins or any(each.spun > loop.order for each in self.nodes)):
@@ -373,12 +374,16 @@ class Statements(Polling):
             ends |= self.execute(node.orelse, frame)
         return ends
 
-    def _repeats(self, node: ast.While, frame: Frame) -> None:
-        """Record that a loop repeats a wait for a server or a transform until it is there."""
-        at = self.place(node, frame)
-        for effect in self.activity.fact.effects if waits_for(node) is not None else ():
+    def _awaits(self, node: ast.While, frame: Frame) -> None:
+        """Record that a loop repeats a wait for a server until it is there."""
+        method = waits_for(node)
+        at = None if method is None else self.place(method, frame)
+        for effect in self.activity.fact.effects:
             if effect.at == at and effect.do.startswith("wait_for_"):
                 effect.is_repeated = True
+
+    def _repeats(self, node: ast.While, frame: Frame) -> None:
+        """Record that a loop repeats a wait for a transform until it is there."""
         asked = waits_for(node, TRANSFORMS)
         if asked is None or isinstance(asked.value, ast.Call) or "spin" in ast.unparse(node):
             return  # spinning in the loop may receive it

@@ -255,6 +255,73 @@ def test_the_next_message_of_a_topic_may_never_come(tmp_path: Path, limit: str, 
     assert any("for a message of image: forever" in each.message for each in found) == is_found
 
 
+SERVERS = [
+    ("while not C.wait_for_service(1.0): pass", "while (!C->wait_for_service(1s)) {}", True),
+    (
+        "while not C.wait_for_service(1.0):\n            if not rclpy.ok(): return",
+        "while (!C->wait_for_service(1s)) { if (!rclcpp::ok()) { return; } }",
+        True,
+    ),
+    (
+        "while not C.wait_for_service(1.0) and rclpy.ok(): pass",
+        "while (!C->wait_for_service(1s) && rclcpp::ok()) {}",
+        True,
+    ),
+    (
+        "while True:\n            if C.wait_for_service(1.0): break",
+        "while (true) { if (C->wait_for_service(1s)) { break; } }",
+        True,
+    ),
+    (
+        "while rclpy.ok():\n            if C.wait_for_service(1.0): return",
+        "while (rclcpp::ok()) { if (C->wait_for_service(1s)) return; }",
+        True,
+    ),
+    ("while not C.wait_for_service(1.0): return", "while (!C->wait_for_service(1s)) { return; }", False),
+    (
+        "while self.left > 0 and not C.wait_for_service(1.0): self.left -= 1",
+        "while (left_ > 0 && !C->wait_for_service(1s)) { --left_; }",
+        False,
+    ),
+    (
+        "while self.left > 0:\n            if C.wait_for_service(1.0): break\n            self.left -= 1",
+        "while (left_ > 0) { if (C->wait_for_service(1s)) break; --left_; }",
+        False,
+    ),
+    ("if not C.wait_for_service(1.0): return", "if (!C->wait_for_service(1s)) { return; }", False),
+]
+PYTHON = """
+import rclpy
+from rclpy.node import Node
+from std_srvs.srv import Trigger
+class Robot(Node):
+    def __init__(self):
+        super().__init__("robot")
+        self.client = self.create_client(Trigger, "ask")
+        self.left = 3
+        self.create_timer(1.0, self.tick)
+    def tick(self):
+        TICK
+rclpy.init()
+rclpy.spin(Robot())
+"""
+
+
+@pytest.mark.parametrize(("python", "cpp", "is_endless"), SERVERS)
+def test_both_languages_report_the_same_waits_for_services(
+    tmp_path: Path, python: str, cpp: str, is_endless: bool
+) -> None:
+    for language in ("python", "cpp"):
+        folder = tmp_path / language
+        folder.mkdir()
+        if language == "cpp":
+            written(folder, cpp.replace("C->", "client_->"))
+        else:
+            (folder / "robot.py").write_text(PYTHON.replace("TICK", python.replace("C.", "self.client.")))
+        found = [each.rule for each in code_findings([(".", read_source(folder))])]
+        assert ("code-waits" in found) == is_endless, (language, found)
+
+
 GLOBALS = """
 #include <rclcpp/rclcpp.hpp>
 rclcpp::Node::SharedPtr g_node;

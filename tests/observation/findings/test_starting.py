@@ -240,6 +240,76 @@ int main() {
     assert [rule for rule, _ in _rules(tmp_path)] == ["code-waits-unspun"] * expected
 
 
+HELPERS = {
+    "py": """
+import rclpy, threading
+from rclpy.node import Node
+from std_srvs.srv import Trigger
+
+class Robot(Node):
+    def __init__(self):
+        super().__init__("robot")
+        self.helper = rclpy.create_node("helper")
+        self.client = self.helper.create_client(Trigger, "ask")
+        self.create_timer(1.0, self.tick)
+    def tick(self):
+        self.client.call(Trigger.Request())
+
+rclpy.init()
+node = Robot()
+SPINS
+rclpy.spin(node)
+""",
+    "cpp": """
+#include <rclcpp/rclcpp.hpp>
+using std_srvs::srv::Trigger;
+class Robot : public rclcpp::Node {
+ public:
+  Robot() : Node("robot") {
+    helper_ = std::make_shared<rclcpp::Node>("helper");
+    client_ = helper_->create_client<Trigger>("ask");
+    timer_ = create_wall_timer(std::chrono::seconds(1), [this]() { tick(); });
+  }
+  void tick() {
+    auto future = client_->async_send_request(std::make_shared<Trigger::Request>());
+    future.wait();
+  }
+  rclcpp::Node::SharedPtr helper_;
+  rclcpp::Client<Trigger>::SharedPtr client_;
+  rclcpp::TimerBase::SharedPtr timer_;
+};
+int main() {
+  rclcpp::init(0, nullptr);
+  auto node = std::make_shared<Robot>();
+  SPINS
+  rclcpp::spin(node);
+}
+""",
+}
+
+
+@pytest.mark.parametrize(
+    ("language", "spins", "expected"),
+    [
+        ("py", "", ["error"]),
+        ("py", "threading.Thread(target=rclpy.spin, args=(node.helper,)).start()", []),
+        ("py", "from somewhere import spinner\nspinner.start(node.helper)", []),
+        ("cpp", "", ["warning"]),
+        ("cpp", "std::thread spinner([node]() { rclcpp::spin(node->helper_); }); spinner.detach();", []),
+        ("cpp", "somewhere::start(node->helper_);", []),
+    ],
+)
+def test_helper_nodes_that_nothing_spins(
+    tmp_path: Path, language: str, spins: str, expected: list[str]
+) -> None:
+    """A callback waits for a response that only another node, without an executor, can receive."""
+    (tmp_path / f"robot.{language}").write_text(HELPERS[language].replace("SPINS", spins))
+    found = code_findings([(".", read_source(tmp_path))])
+    unspun = [each for each in found if each.rule == "code-waits-unspun"]
+    assert [each.severity for each in unspun] == expected
+    assert all("no executor runs helper" in each.message for each in unspun)
+
+
 FLEET = """
 from launch import LaunchDescription
 from launch_ros.actions import Node
