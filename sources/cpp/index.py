@@ -231,8 +231,10 @@ class Index:
         return nearest.full if nearest is not None else full.pop() if len(full) == 1 else None
 
     def find_functions(self, name: str, path: str) -> list[Routine]:
-        """Return the functions that a name may refer to: those of the same file, or of the nearest."""
+        """Return the functions that a name may refer to: of its namespace, then of the same file."""
         found = self._named("functions", self.functions, name)
+        ends = f"::{name.lstrip(':')}"
+        found = [each for each in found if f"::{_full(each)}".endswith(ends)] or found
         here = [each for each in found if each.path == path]
         return here or found
 

@@ -6,7 +6,7 @@ import re
 from typing import TYPE_CHECKING
 
 from dineros.sources.branches import Leave
-from dineros.sources.cpp.declarators import function_of, name_of, used
+from dineros.sources.cpp.declarators import Parameter, function_of, name_of, used
 from dineros.sources.cpp.following.calls import Call
 from dineros.sources.cpp.following.choices import Choices
 from dineros.sources.cpp.following.expressions import named
@@ -37,6 +37,8 @@ _NOTHING = {
 
 _TEMPLATE = re.compile(r"<.*>", re.DOTALL)
 """Arguments of a template: a list of pointers is a list."""
+_MOST_DELEGATIONS = 8
+"""Limit of the constructors of a class that call each other."""
 _OWN = ("Broadcaster", "Listener", "Updater", "ImageTransport")
 """Parts of names of classes of libraries that wrap a given node and are not equal to it."""
 
@@ -210,7 +212,7 @@ class Statements(Choices):
         found = [each for each in cls.methods.get(cls.name, []) if each.body is not None]
         fitting = [each for each in found if len(each.parameters) == len(args)]
         fitting = fitting or [each for each in found if len(each.parameters) > len(args)] or found
-        routine = fitting[0] if fitting else None
+        routine = max(fitting, key=lambda each: self._match(each.parameters, args, cls), default=None)
         if routine is None:
             if any(len(each) >= len(args) > 0 for each in cls.defaults.get(cls.name, [])):
                 self.escapes(Call(node, caller, cls.full, args))  # its constructor is missing
@@ -245,7 +247,7 @@ class Statements(Choices):
         try:
             if own is not None:  # another constructor does the work
                 given = self.values(own, frame)
-                if self.calls.count((cls.node.id, 0)) < 3:
+                if self.calls.count((cls.node.id, 0)) < _MOST_DELEGATIONS:
                     self.calls.append((cls.node.id, 0))
                     try:
                         self._construct(cls, this, given, node, frame)
@@ -257,6 +259,18 @@ class Statements(Choices):
             self.run_block(routine.body, frame)
         finally:
             self.frames.pop()
+
+    def _match(self, parameters: list[Parameter], args: list[Value], cls: ClassInfo) -> int:
+        """Return how many arguments are objects of exactly the type of their parameter."""
+        frame = Frame(cls.path, cls.full)
+        count = 0
+        for each, arg in zip(parameters, args, strict=False):
+            kind = "" if each.type is None else self.type_text(each.type, frame)
+            if isinstance(arg, Obj) and arg.cls is not None:
+                count += self.class_of(kind, frame) is arg.cls
+            elif isinstance(arg, Made):
+                count += kind.partition("<")[0] == arg.path
+        return count
 
     def _aggregate(self, kind: Node | None, value: Value, node: Node, frame: Frame) -> Value:
         """Return the value of a member of an aggregate: lists in braces become objects."""

@@ -321,3 +321,45 @@ def test_a_node_that_a_library_makes_is_named(tmp_path: Path) -> None:
     assert words.startswith("tf2_ros::TransformListener makes a node of its own")
     assert len(_of(tmp_path, body.replace("*buffer_", "*buffer_, this"))) == 2
     assert read_source(tmp_path).nodes[0].others == []
+
+
+def test_functions_of_one_name_in_two_namespaces(tmp_path: Path) -> None:
+    """As rmf_traffic_ros2: each program makes its node by a function ``make_node``."""
+    for space in ("left", "right"):
+        (tmp_path / f"{space}.cpp").write_text(
+            f"""{HEAD}
+namespace {space} {{
+std::shared_ptr<rclcpp::Node> make_node(const rclcpp::NodeOptions & options) {{
+  auto node = std::make_shared<rclcpp::Node>("{space}", options);
+  static auto pub = node->create_publisher<String>("of_{space}", 1);
+  return node;
+}}
+}}"""
+        )
+    (tmp_path / "main.cpp").write_text(
+        f"{HEAD}int main() {{ rclcpp::init(0, nullptr); rclcpp::spin(right::make_node({{}})); }}"
+    )
+    facts = read_source(tmp_path)
+    assert [node.name for node in facts.nodes] == ["right"]
+    assert [each.name for each in facts.nodes[0].of("publishers")] == ["of_right"]
+
+
+def test_constructors_that_call_each_other(tmp_path: Path) -> None:
+    """As the schedule node of rmf_traffic_ros2: of two with as many parameters, the types decide."""
+    robot = """
+struct Store {};
+struct Queries {};
+struct Later {};
+class Robot : public rclcpp::Node {
+ public:
+  Robot(Store store, int, Later) : Node("robot") {}
+  Robot(Store store, Queries queries, int number) : Robot(number, "base") { makes("setup"); }
+  Robot(int number, const char * name) : Robot(number, name, 2, 3) { makes(name); }
+  Robot(int number, const char * name, int, int) : Robot(number, name, 2, 3, 4) {}
+  Robot(int number, const char * name, int, int, int) : Node("robot") { makes("last"); }
+  Robot() : Robot(Store(), Queries(), 1) {}
+  void makes(const std::string & name) { pubs_.push_back(create_publisher<String>(name, 1)); }
+  std::vector<rclcpp::Publisher<String>::SharedPtr> pubs_;
+};
+"""
+    assert [each.name for each in _entities(tmp_path, robot)] == ["last", "base", "setup"]
