@@ -214,8 +214,12 @@ def runs_at_once(page: sym.CallbackPage) -> int:
     node = node_net_of(page)
     if node is None or not runs_callbacks(node):
         return 1
+    return 1 if is_exclusive(page) else threads_of(node)
+
+
+def is_exclusive(page: sym.CallbackPage) -> bool:
+    """Return whether a callback is in an exclusive group, which it keeps from its beginning to its end."""
     group = None if works_on_goals(page) else group_or_node(page)
-    is_exclusive = isinstance(group, sym.NodeNet) or (
+    return isinstance(group, sym.NodeNet) or (
         isinstance(group, sym.CallbackGroup) and group.kind == sym.CallbackGroupKind.exclusive
     )
-    return 1 if is_exclusive else threads_of(node)

@@ -5,6 +5,9 @@ that begin in it were waiting when the window began, or were released in it. So 
 ms overlaps a window of 25 ms with at most 1 + 1 + 3 runs: strikes do not pile up. A message that is on its
 way at some moment was sent not longer ago than its greatest latency, which is such a window.
 
+A request that begins a run in a window was under way when the window began, or was sent in it. A client has a
+number of requests under way. If it gives up, requests that it has forgotten wait in the history, too.
+
 The engine of a node net fires what is enabled, in any order and as often as it can. There each firing of a
 transition takes the tick, or the message, that it needs: it was there when the window began, or came in it.
 
@@ -14,31 +17,41 @@ run repeats them (`dineros.metamodel.times.paces`).
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from fractions import Fraction
+from typing import TypeAlias
 
 from dineros.metamodel import pn, pnm, sym
 from dineros.metamodel.callbacks.bodies import Body
 from dineros.metamodel.callbacks.groups import callback_page_of, readers_of, runs_callbacks
-from dineros.metamodel.calls import UNLIMITED
-from dineros.metamodel.elements import node_net_of, resolve
+from dineros.metamodel.callbacks.waiting import Waiting, outstanding
+from dineros.metamodel.calls import UNLIMITED, gives_up, services
+from dineros.metamodel.elements import channels, node_net_of, node_nets, resolve, system_model_of
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.matching import are_matched
 from dineros.metamodel.times.given import (
     duration_of,
+    is_exclusive,
     latency_between,
+    latency_of_calls,
     lifespan_between,
     period_of,
     runs_at_once,
     waits,
 )
 from dineros.metamodel.times.once import once, unchanged
-from dineros.metamodel.times.paces import paces
+from dineros.metamodel.times.paces import paces, slots
 from dineros.metamodel.times.results import goals_ended
 from dineros.metamodel.times.runs import most_put, only_put_by, ports_at, stand_for
 
 MOST_ON_THE_WAY = 64
 """Messages between two ports, each with a clock of its own."""
+
+
+_Pair: TypeAlias = tuple[sym.PublisherPort, sym.SubscriberPort]
+_SETTLED: ContextVar[dict[_Pair, int] | None] = ContextVar("messages on their way", default=None)
 
 
 class TooManyOnTheWayError(DinerosError):
@@ -48,6 +61,24 @@ class TooManyOnTheWayError(DinerosError):
 def seconds_of(bound: float) -> Fraction:
     """Return a bound of an interval, exactly."""
     return Fraction(repr(bound))
+
+
+@contextmanager
+def settled(model: sym.SystemModel) -> Iterator[None]:
+    """Keep the numbers of messages on their way in a model, while rules replace server pages by copies."""
+    with unchanged():
+        pairs = [
+            (writer, reader)
+            for topic in channels(model, sym.TopicChannel)
+            for writer in topic.publishers
+            for reader in topic.subscribers
+            if are_matched(writer, reader)
+        ]
+        token = _SETTLED.set({pair: on_the_way(*pair) for pair in pairs})
+    try:
+        yield
+    finally:
+        _SETTLED.reset(token)
 
 
 def on_the_way(writer: sym.PublisherPort, reader: sym.SubscriberPort) -> int:
@@ -61,6 +92,9 @@ def on_the_way(writer: sym.PublisherPort, reader: sym.SubscriberPort) -> int:
     TooManyOnTheWayError
         There are too many.
     """
+    known = _SETTLED.get()
+    if known is not None and (writer, reader) in known:
+        return known[writer, reader]
     latency = latency_between(writer, reader)
     if latency is None or latency.latest is None:
         return 0
@@ -209,13 +243,25 @@ def _taken(place: pn.Place, window: Fraction, asked: frozenset[object]) -> int |
 
 def _runs(page: sym.CallbackPage, window: Fraction, asked: frozenset[object]) -> int | None:
     """Return how many runs of a callback can overlap a closed window; None if nothing bounds it."""
-    at_once = runs_at_once(page)
+    at_once = _at_once(page)
+    if at_once is None:
+        return None
     bounds = [_by_duration(page, window, at_once)]
     if page not in asked:
         begun = _begun(page, window, asked | {page})
         bounds.append(None if begun is None else at_once + begun)
     known = [bound for bound in bounds if bound is not None]
     return min(known) if known else None
+
+
+def _at_once(page: sym.CallbackPage) -> int | None:
+    """Return how many runs of a callback there may be at once; those that await need not hold a thread."""
+    if page.awaits and page.kind == sym.CallbackKind.goal:
+        numbers = slots(page)
+        return None if numbers is None else sum(numbers) if numbers else 1
+    if page.awaits and waits(page) and not is_exclusive(page):
+        return None
+    return runs_at_once(page)
 
 
 def _by_duration(page: sym.CallbackPage, window: Fraction, at_once: int) -> int | None:
@@ -235,6 +281,8 @@ def _begun(page: sym.CallbackPage, window: Fraction, asked: frozenset[object]) -
         return 2 + int((window + jitter) // seconds_of(period))
     if page.kind == sym.CallbackKind.client:
         return _ended(page, window, asked)
+    if page.kind == sym.CallbackKind.server:
+        return _requested(page, window, asked)
     if page.kind != sym.CallbackKind.subscriber:
         return None
     total = 0
@@ -248,6 +296,55 @@ def _begun(page: sym.CallbackPage, window: Fraction, asked: frozenset[object]) -
     return total
 
 
+def _requested(page: sym.CallbackPage, window: Fraction, asked: frozenset[object]) -> int | None:
+    """Return how many runs of a server begin in a window: for requests under way, and for those that come."""
+    model = system_model_of(page)
+    if model is None or any(node.lifecycle is not None for node in node_nets(model)):
+        return None
+    served = [service for service in services(model) if service.server.page is page]
+    if not served:
+        return None
+    total = 0
+    for service in served:
+        counts = {client: outstanding(client) for client in service.clients}
+        # Requests without a client that waits are in the history, or on their way.
+        forgets = gives_up(service) or UNLIMITED in counts.values()
+        total += int(service.depth) if forgets else sum(counts.values())
+        for client, number in counts.items():
+            latency = latency_of_calls(client)
+            if number != UNLIMITED and not _waits_for_answers(model, client):
+                return None  # requests gather until the last ones are answered
+            since = window
+            if forgets:
+                if latency is None or latency.latest is None:
+                    return None
+                since += seconds_of(latency.latest)
+            sent = _sent(client.request, since, asked)
+            if sent is None:
+                return None
+            total += sent
+    return total
+
+
+@once
+def _waits_for_answers(model: sym.SystemModel, client: sym.ClientPort) -> bool:
+    return Waiting(model).waits(client)
+
+
+def _sent(place: pn.Place, window: Fraction, asked: frozenset[object]) -> int | None:
+    """Return how many requests or goals callbacks put on a place in a window; None if nothing bounds it."""
+    pages = None if place.tokens else only_put_by(place)
+    if pages is None:
+        return None
+    total = 0
+    for page in pages:
+        each, runs = most_put(page, place), _runs(page, window, asked)
+        if each is None or runs is None:
+            return None
+        total += each * runs
+    return total
+
+
 def _ended(page: sym.CallbackPage, window: Fraction, asked: frozenset[object]) -> int | None:
     """Return how many runs of a client's callback begin in a window for the ends of goals."""
     ended = goals_ended(page)
@@ -255,15 +352,9 @@ def _ended(page: sym.CallbackPage, window: Fraction, asked: frozenset[object]) -
         return None
     total = 0
     for goals in ended:
-        pages = None if goals.goal.tokens else only_put_by(goals.goal)
-        if pages is None:
+        sent = _sent(goals.goal, window, asked)
+        if sent is None:
             return None
-        sent = 0
-        for sender in pages:
-            each, runs = most_put(sender, goals.goal), _runs(sender, window, asked)
-            if each is None or runs is None:
-                return None
-            sent += each * runs
         total += goals.times * (goals.under_way + sent)
     return total
 

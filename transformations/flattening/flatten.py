@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass
 
 from dineros.metamodel import pn, pnm, sym
@@ -14,6 +15,7 @@ from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.files.reading import collector_paused
 from dineros.metamodel.guards.using import guarded
 from dineros.metamodel.times.intervals import copied_interval
+from dineros.metamodel.times.rates import settled
 from dineros.transformations.flattening.bounding import join
 from dineros.transformations.flattening.certificate import add_certificate, check_certificate
 from dineros.transformations.flattening.guards import unfold_guards
@@ -102,12 +104,13 @@ def flatten(
     if not is_ros2:
         _block_clients(working)
     _count_what_is_under_way(working)
-    prototypes = _instantiate(working, engine, instances)
-    _override_instances(working, engine)
-    join(working, pn.ReferenceTransition)
-    engine.run([*standard, *extra])
-    join(working, pn.ReferencePlace)
-    engine.run(last)
+    with settled(working) if times else nullcontext():
+        prototypes = _instantiate(working, engine, instances)
+        _override_instances(working, engine)
+        join(working, pn.ReferenceTransition)
+        engine.run([*standard, *extra])
+        join(working, pn.ReferencePlace)
+        engine.run(last)
 
     if times:
         _be_prompt(engine)

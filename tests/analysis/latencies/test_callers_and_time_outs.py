@@ -7,12 +7,17 @@ one service. What is exact must be the same; what is not must never exclude what
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from random import Random
 
 import pytest
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.latencies.answers import Everything, Latencies, Latency
+from dineros.metamodel import sym
+from dineros.metamodel.build import callback, flow, place, step
+from dineros.metamodel.elements import find
+from dineros.metamodel.times.rates import on_the_way
 from tests.support.timed_systems.models import System, model_of
 from tests.support.timed_systems.threads import TooManyStatesError
 from tests.support.timed_systems.waiting import Waited, Waiters
@@ -30,26 +35,42 @@ def drawn(seed: int) -> System:
         least = random.randint(0, most)
         return [least, least + random.randint(0, wider)]
 
-    def place(*groups: str) -> dict[str, str]:
+    def home(*groups: str) -> dict[str, str]:
         return {"node": random.choice(sorted(nodes)), "group": random.choice(groups)}
 
     any_group = ("default", "default", "g", "reentrant")
     server = {"name": "s", "service": "look", "depth": 10, "script": [["work", *span(3, 2)]]}
-    callbacks = [{**server, **place(*any_group)}]
+    callbacks = [{**server, **home(*any_group)}]
     for number in range(random.choice([1, 1, 2])):
         answers = random.choice(["answers", "answers", "reentrant", "default"])
         call: list[object] = ["call", "look", answers]
         call += [random.randint(3, 7)] if random.random() < 0.65 else []
         script = [["work", *span(1, 1)], call, ["work", *span(1, 1)], ["publish", f"t{number}"]]
         timer = {"period": random.randint(5, 13), "offset": random.choice([0, 0, 2])}
-        callbacks.append({"name": f"a{number}", **timer, "script": script, **place("default", "g")})
+        callbacks.append({"name": f"a{number}", **timer, "script": script, **home("default", "g")})
     for number in range(random.randint(0, 2)):
-        other = {"name": f"c{number}", "script": [["work", *span(2, 1)]], **place(*any_group)}
+        other = {"name": f"c{number}", "script": [["work", *span(2, 1)]], **home(*any_group)}
         timer = {"period": random.randint(4, 12), "offset": 0}
         reader = {"topic": "t0", "depth": random.randint(1, 2)}
         callbacks.append({**other, **random.choice([timer, reader])})
     latency = {"look": random.choice([(0, 0), (0, 1), (1, 1), (1, 2)]), "t0": random.choice([(0, 0), (0, 2)])}
     return {"nodes": nodes, "latency": latency, "chains": [], "callbacks": callbacks}
+
+
+def telling(seed: int) -> System:
+    """Return such a system whose server publishes at any moment of its work, or after a part of it."""
+    system, random = drawn(seed), Random(f"telling {seed}")
+    server, *others = system["callbacks"]
+    ((_, least, most),) = server["script"]
+    if server["group"] == "reentrant" or random.random() < 0.6:
+        server["script"] = [["open", least, most, "s0"]]
+    else:
+        server["script"] = [["work", 0, 1], ["publish", "s0"], ["work", least, most]]
+    system["latency"]["s0"] = random.choice([(0, 0), (1, 1), (0, 2)])
+    reader = {"name": "r", "topic": "s0", "depth": random.randint(1, 2), "node": random.choice(["n0", "n1"])}
+    work = ["work", random.randint(0, 2), 2]
+    system["callbacks"] = [server, *others[:2], {**reader, "group": "r", "script": [work]}]
+    return system
 
 
 def require_span(found: Latency, span: tuple[int, int]) -> None:
@@ -77,9 +98,8 @@ def require_same(found: Everything, seen: Waited) -> None:
             assert response.greatest is None
 
 
-def compared(seed: int) -> int:
+def compared(system: System) -> int:
     """Compare a system, if it is small enough; return how many of its answers are exact."""
-    system = drawn(seed)
     try:
         seen = Waiters(system).explore(MOST_STATES)
     except TooManyStatesError:
@@ -94,10 +114,59 @@ def compared(seed: int) -> int:
 
 @pytest.mark.parametrize("seed", [5, 13, 44])
 def test_a_few(seed: int) -> None:
-    assert compared(seed) >= 0
+    assert compared(drawn(seed)) >= 0
+
+
+@pytest.mark.parametrize("script", [[["open", 1, 2, "t"]], [["work", 1, 2], ["publish", "t"]]])
+def test_a_server_that_publishes_for_each_request(script: list[object]) -> None:
+    """A message for each request of a slow timer finds the reader history of depth 1 empty."""
+    calls = [["work", 0, 1], ["call", "look", "answers"], ["work", 0, 1]]
+    group = {"group": "default"}
+    system = {
+        "nodes": {name: {"threads": 2} for name in "abc"},
+        "latency": {"t": (2, 2)},
+        "chains": [],
+        "callbacks": [
+            {"name": "a0", "node": "a", **group, "period": 10, "offset": 0, "script": calls},
+            {"name": "s", "node": "b", **group, "service": "look", "depth": 10, "script": script},
+            {"name": "r", "node": "c", **group, "topic": "t", "depth": 1, "script": [["work", 1, 1]]},
+        ],
+    }
+    found = Latencies(model_of(system, 0.01), Budget(seconds=30)).everything()
+    assert found.readers["r.heard"] == (1, False)
+    require_span(found.callbacks["r"], (1, 1))
+
+
+def test_requests_that_gather_have_no_bound() -> None:
+    """A client with one request under way that does not wait sends those that gather, one after the other."""
+    group, work = {"group": "default"}, [["work", 0, 1]]
+    system = {
+        "nodes": {"a": {"threads": 1}, "b": {"threads": 1}},
+        "latency": {"t": (2, 2)},
+        "chains": [],
+        "callbacks": [
+            {"name": "a0", "node": "a", **group, "period": 10, "offset": 0, "script": work},
+            {"name": "s", "node": "b", **group, "service": "look", "script": [["open", 0, 1, "t"]]},
+            {"name": "r", "node": "a", **group, "topic": "t", "depth": 1, "script": work},
+        ],
+    }
+    model = model_of(system, 0.01)
+    ask = find(model, "a0.do", sym.Transition)
+    page, node = find(model, "a0", sym.CallbackPage), find(model, "a", sym.NodeNet)
+    request, answered = place(page, "request"), callback(node, "answered", "client")
+    response = place(answered, "response")
+    flow(ask, request)
+    step(answered, "take", [response])
+    service = find(model, "look.service", sym.ServiceChannel)
+    service.clients.append(sym.ClientPort(client="a0", request=request, response=response))
+    topic = find(model, "t", sym.TopicChannel)
+    assert on_the_way(topic.publishers[0], topic.subscribers[0]) > 0
+    service.clients[0].outstanding = 1
+    assert on_the_way(topic.publishers[0], topic.subscribers[0]) == 0
 
 
 @pytest.mark.long
-def test_many() -> None:
-    exact = [number for seed in range(SEEDS) if (number := compared(seed))]
+@pytest.mark.parametrize("draw", [drawn, telling])
+def test_many(draw: Callable[[int], System]) -> None:
+    exact = [number for seed in range(SEEDS) if (number := compared(draw(seed)))]
     assert len(exact) > SEEDS / 8

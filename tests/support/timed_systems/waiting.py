@@ -1,9 +1,10 @@
 """A plain program that explores callbacks which call services, on any threads, in whole units of time.
 
-It knows no Petri nets and no rules. A callback works, publishes, calls a service and waits. It keeps its
-thread and its group while it waits. A thread of its executor takes the response, as soon as there is one, and
-the group of the client is free. With a time-out, the callback continues when that is over; a response that
-comes later is taken and dropped. What happens at the same moment may happen in any order.
+It knows no Petri nets and no rules. A callback works, publishes (after its work, or at any moment of it),
+calls a service and waits. It keeps its thread and its group while it waits. A thread of its executor takes
+the response, as soon as there is one, and the group of the client is free. With a time-out, the callback
+continues when that is over; a response that comes later is taken and dropped. What happens at the same moment
+may happen in any order.
 """
 
 from __future__ import annotations
@@ -42,6 +43,8 @@ class _Run(NamedTuple):
     """Of a server: whose request it is."""
     is_live: bool = True
     """Whether that client still waits for it."""
+    has_told: bool = False
+    """Whether it has published in this step, which it may do at any moment of it."""
 
 
 class _State(NamedTuple):
@@ -75,7 +78,10 @@ class Waiters:
         self.calls = {each["name"]: step for each in every for step in each["script"] if step[0] == "call"}
         self.clients = list(self.calls)
         publishers = dict.fromkeys(
-            (each["node"], step[1]) for each in every for step in each["script"] if step[0] == "publish"
+            (each["node"], step[-1])
+            for each in every
+            for step in each["script"]
+            if step[0] in ("publish", "open")
         )
         self.pairs = [
             (publisher, number)
@@ -128,7 +134,10 @@ class Waiters:
             yield now
         for run in state.running:
             kind, *rest = self.callbacks[run.name]["script"][run.at]
-            if kind == "work" and run.spent >= rest[0]:
+            if kind == "open" and not run.has_told:
+                must = must or run.spent == rest[1]
+                yield self._told(state, run)
+            elif kind in ("work", "open") and run.spent >= rest[0]:
                 must = must or run.spent == rest[1]
                 yield self._go_on(state, run)
             elif kind == "call" and len(rest) > 2 and run.spent == rest[2]:
@@ -234,6 +243,20 @@ class Waiters:
             ),
         )
 
+    def _told(self, state: _State, run: _Run) -> _State:
+        each = self.callbacks[run.name]
+        runs = list(state.running)
+        runs.remove(run)
+        state = self._published(state._replace(running=tuple(runs)), each["node"], each["script"][run.at][3])
+        return _running(state, run._replace(has_told=True))
+
+    def _published(self, state: _State, node: str, topic: str) -> _State:
+        for number, (publisher, _) in enumerate(self.pairs):
+            if publisher == (node, topic):
+                flight = (*state.flights[number], 0)
+                state = state._replace(flights=_with(state.flights, number, flight))
+        return state
+
     def _go_on(self, state: _State, run: _Run) -> _State:
         """End a step, and all that follow and take no time."""
         each = self.callbacks[run.name]
@@ -243,16 +266,13 @@ class Waiters:
         for at in range(run.at + 1, len(each["script"])):
             kind, *rest = each["script"][at]
             if kind == "publish":
-                for number, (publisher, _) in enumerate(self.pairs):
-                    if publisher == (each["node"], rest[0]):
-                        flight = (*state.flights[number], 0)
-                        state = state._replace(flights=_with(state.flights, number, flight))
+                state = self._published(state, each["node"], rest[0])
                 continue
             if kind == "call":
                 client = self.clients.index(run.name)
                 sent = (*state.requests[client], (0, True))
                 state = state._replace(requests=_with(state.requests, client, sent))
-            return _running(state, run._replace(at=at, spent=0))
+            return _running(state, run._replace(at=at, spent=0, has_told=False))
         _note(self.found.response, run.name, run.age)
         if run.client:
             client = self.clients.index(run.client)
