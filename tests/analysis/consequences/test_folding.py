@@ -119,9 +119,9 @@ def calling_in_turn() -> sym.SystemModel:
     return model
 
 
-def test_a_circle_behind_another_one_is_mended_by_time_outs_as_well(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_circle_behind_another_one_is_removed_by_time_outs_as_well(monkeypatch: pytest.MonkeyPatch) -> None:
     """The second call waits in a circle once the first one ends."""
-    monkeypatch.setattr(mending, "CHANGES_SHARE", 0.0)
+    monkeypatch.setattr(cause_fixes, "CHANGES_SHARE", 0.0)
     report = folded(calling_in_turn(), Budget(seconds=300))
     assert faults(report.findings) == ["callback-deadlock"]
     dead = {element for rule, element in consequences(report.findings[0]) if rule == "dead-transition"}
