@@ -29,15 +29,16 @@ from dineros.analysis.latencies.sampling import NotFollowedError
 from dineros.analysis.latencies.starvation import Starvation
 from dineros.analysis.timed.exploring import Explored, explore_timed
 from dineros.analysis.timed.timed_subject import TimedSubject, timed_base_subject
-from dineros.metamodel import sym
+from dineros.metamodel import pn, sym
 from dineros.metamodel.callbacks.bodies import Body
 from dineros.metamodel.callbacks.groups import runs_callbacks
-from dineros.metamodel.elements import channels, label, node_net_of, node_nets
+from dineros.metamodel.elements import channels, label, node_net_of, node_nets, resolve
 from dineros.metamodel.errors import DinerosError, near_matches
 from dineros.metamodel.guards.using import require_no_guards
 from dineros.metamodel.times.given import duration_of, require_known, says_times, waits
 from dineros.metamodel.times.orders import is_ignored
 from dineros.metamodel.times.overlaps import runs_overlapping
+from dineros.metamodel.times.runs import ports_at
 
 End = sym.CallbackPage | sym.TopicChannel
 
@@ -391,14 +392,29 @@ def _is_widened(page: sym.CallbackPage) -> bool:
     """Return whether the net lets a callback take times that the model does not allow.
 
     Each stretch between two waits takes any time up to the whole duration. Overlapping runs share clocks. The
-    net does not keep the order of requests of several clients either, so the bounds are safe then, too.
+    last step of a server comes at any moment of its work (rule D3), so what it publishes may come too early.
+    The net does not keep the order of requests of several clients either, so the bounds are safe then, too.
     """
     has_stretches = (
         waits(page)
         and duration_of(page) is not None
         and any(each.interval is None for each in Body(page).transitions)
     )
-    return has_stretches or shares_clocks(page)
+    return has_stretches or shares_clocks(page) or _tells_at_the_end(page)
+
+
+def _tells_at_the_end(page: sym.CallbackPage) -> bool:
+    """Return whether the last step of a server with a duration publishes, or sends a request or a goal."""
+    if page.kind != sym.CallbackKind.server or duration_of(page) is None:
+        return False
+    return any(
+        not isinstance(port, sym.ServerPort)
+        for end in Body(page).ends()
+        if end.interval is None
+        for place in (resolve(arc.target) for arc in end.outgoing)
+        if isinstance(place, pn.Place)
+        for port in ports_at(place)
+    )
 
 
 def named(end: End) -> str:

@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from fractions import Fraction
 from random import Random
 
 import pytest
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.latencies.answers import Everything, Latencies, Latency
+from dineros.analysis.latencies.measuring import Bound
 from dineros.metamodel import sym
 from dineros.metamodel.build import callback, flow, place, step
 from dineros.metamodel.elements import find
@@ -135,6 +137,26 @@ def test_a_server_that_publishes_for_each_request(script: list[object]) -> None:
     found = Latencies(model_of(system, 0.01), Budget(seconds=30)).everything()
     assert found.readers["r.heard"] == (1, False)
     require_span(found.callbacks["r"], (1, 1))
+
+
+def test_what_a_server_publishes_at_its_end_has_safe_times_only() -> None:
+    """In the net, its last step comes at any moment of its work: the message may come too early."""
+    system = {
+        "nodes": {"n0": {"threads": 3}, "n1": {"threads": 1}},
+        "latency": {"look": (0, 0), "t": (1, 1)},
+        "chains": [],
+        "callbacks": [
+            {"name": "s", "node": "n1", "group": "g", "service": "look", "depth": 10}
+            | {"script": [["work", 2, 2], ["publish", "t"]]},
+            {"name": "a0", "node": "n0", "group": "g", "period": 11, "offset": 2}
+            | {"script": [["work", 0, 1], ["call", "look", "default"], ["work", 0, 1]]},
+            {"name": "r", "node": "n1", "group": "r", "topic": "t", "depth": 1, "script": [["work", 0, 2]]},
+        ],
+    }
+    seen = Waiters(system).explore(MOST_STATES)
+    found = Latencies(model_of(system, 0.01), Budget(seconds=60)).everything().callbacks["r"]
+    assert (found.least, seen.response["r"]) == (Bound(Fraction(0)), (0, 2))
+    assert found.greatest == Bound(Fraction(3, 100)) and not found.is_exact
 
 
 def test_requests_that_gather_have_no_bound() -> None:
