@@ -392,7 +392,8 @@ def _is_widened(page: sym.CallbackPage) -> bool:
     """Return whether the net lets a callback take times that the model does not allow.
 
     Each stretch between two waits takes any time up to the whole duration. Overlapping runs share clocks. The
-    last step of a server comes at any moment of its work (rule D3), so what it publishes may come too early.
+    last steps of a server with parallel branches come at any moment of its work (rule D3), so what it
+    publishes may come too early.
     The net does not keep the order of requests of several clients either, so the bounds are safe then, too.
     """
     has_stretches = (
@@ -404,12 +405,13 @@ def _is_widened(page: sym.CallbackPage) -> bool:
 
 
 def _tells_at_the_end(page: sym.CallbackPage) -> bool:
-    """Return whether the last step of a server with a duration publishes, or sends a request or a goal."""
-    if page.kind != sym.CallbackKind.server or duration_of(page) is None:
+    """Return whether last steps of a server with parallel branches publish, or send requests."""
+    body = Body(page)
+    if page.kind != sym.CallbackKind.server or duration_of(page) is None or body.is_sequential:
         return False
     return any(
         not isinstance(port, sym.ServerPort)
-        for end in Body(page).ends()
+        for end in body.ends()
         if end.interval is None
         for place in (resolve(arc.target) for arc in end.outgoing)
         if isinstance(place, pn.Place)

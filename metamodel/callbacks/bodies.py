@@ -122,6 +122,11 @@ class Body:
         onward = (self._lowered & self._inside) | self.requests
         return sum(max(0, self._changes[transition][place]) for place in onward)
 
+    @property
+    def is_sequential(self) -> bool:
+        """Whether a run continues in at most one way after each of its transitions."""
+        return all(self.continues(each) <= 1 for each in self.transitions)
+
     def _changed(self, transition: pn.Transition, places: Collection[pn.Node], sign: int) -> bool:
         return any(self._changes[transition][place] * sign > 0 for place in places)
 

@@ -30,7 +30,7 @@ from tests.support.timed_systems.aging import Aging
 from tests.support.timed_systems.models import System, model_of
 from tests.support.timed_systems.threads import TooManyStatesError, _State, _with
 
-SEEDS = 20 * int(os.environ.get("DINEROS_EXAMPLES", "1"))
+SEEDS = 40 * int(os.environ.get("DINEROS_EXAMPLES", "1"))
 
 Watches = tuple[int, ...]
 """By reader how long its deadline runs, or -1."""

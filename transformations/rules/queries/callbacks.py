@@ -54,6 +54,19 @@ class Ends(Query):
         return [] if page.kind == sym.CallbackKind.server or works_on_goals(page) else Body(page).ends()
 
 
+class LastSteps(Query):
+    """The transitions with which the work of a server ends, if it proceeds step by step; empty for others."""
+
+    eclass = pn.Transition
+    many = True
+    _words = "what the work of {} ends with"
+
+    @staticmethod
+    def _answer(page: sym.CallbackPage) -> list[pn.Transition]:
+        body = Body(page)
+        return body.ends() if page.kind == sym.CallbackKind.server and body.is_sequential else []
+
+
 class Steps(Query):
     """The transitions of a callback that executes a goal and awaits at each step; empty for others."""
 

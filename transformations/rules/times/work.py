@@ -15,7 +15,7 @@ from dineros.transformations.rules.actions.slots import SlotCallback
 from dineros.transformations.rules.executors import E3, Beginning, E3Serve, E3Take, Ending
 from dineros.transformations.rules.notation import SHEET, arc, at_once, place, read, transition
 from dineros.transformations.rules.phases import Phase, StandardRule
-from dineros.transformations.rules.queries.callbacks import Callback, Ends
+from dineros.transformations.rules.queries.callbacks import Callback, Ends, LastSteps
 from dineros.transformations.rules.queries.message_times import CallsArriveInTime, CallsOnTheWay
 from dineros.transformations.rules.queries.times import (
     GivenDuration,
@@ -228,6 +228,7 @@ class D3(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
     worked = Made(D2.worked, of=page)
     step = Node(pn.Transition, of=Moves(page))
     end = Node(pn.Transition, of=Ends(page))
+    last = Node(pn.Transition, of=LastSteps(page))
     entering = Node(pn.Arc, target=step)
     leaving = Node(pn.Arc, source=step)
 
@@ -255,7 +256,19 @@ class D3(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
     )  # fmt: skip
 
     where = [~HasInterval(step)]
-    absent = [Absent(end, where=[end == step])]
+    absent = [Absent(end, where=[end == step]), Absent(last, where=[last == step])]
+
+
+class D3Last(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
+    """The last step of a server comes when its work is done."""
+
+    page = Node(sym.CallbackPage)
+    worked = Made(D2.worked, of=page)
+    last = Node(pn.Transition, of=LastSteps(page))
+
+    done = read(worked, last)
+
+    where = [~HasInterval(last)]
 
 
 class D3Open(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
@@ -280,6 +293,18 @@ class D2Ends(StandardRule, phase=Phase.intervals, middleware="ros2", times=True)
     prompt = at_once(end)
 
     where = [~HasInterval(end)]
+
+
+class D3Prompt(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
+    """It comes at once then."""
+
+    page = Node(sym.CallbackPage)
+    worked = Made(D2.worked, of=page)
+    last = Node(pn.Transition, of=LastSteps(page))
+
+    prompt = at_once(last)
+
+    where = [~HasInterval(last)]
 
 
 class D4(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
