@@ -11,7 +11,7 @@ from dineros.analysis.witnesses.findings import Fault, Finding
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.elements import is_unseen, node_net_of, node_nets, transitions
-from dineros.metamodel.records import Accept, Cancel, Finish, GiveUp, Reply, Request, Response
+from dineros.metamodel.records import Accept, Cancel, Finish, Reply, Request, Response
 from dineros.metamodel.records.schema import Step
 
 if TYPE_CHECKING:
@@ -116,8 +116,8 @@ class _Alive:
         )
 
     def never_answered(self, client: sym.ClientPort) -> bool:
-        """Return whether a client gives up and never gets a response."""
-        return self.any(client, _is(GiveUp)) and not self.any(client, _is(Response))
+        """Return whether a client sends requests and never gets a response."""
+        return self.any(client, _is(Request)) and not self.any(client, _is(Response))
 
 
 def _is(step: type[Step]) -> Callable[[Meaning], bool]:
