@@ -109,7 +109,7 @@ def _blocks(texts: Sequence[str], times: Times) -> list[Block]:
 
 
 def _numbers(time: FiringTime | None) -> tuple[float, float, float]:
-    """Return the numbers of a time; a latest time that is missing is no number."""
+    """Return the numbers of a time, without the latest one if it is missing."""
     if time is None:
         return 0.0, 0.0, 0.0
     return time.at, time.earliest, nan if time.latest is None else time.latest

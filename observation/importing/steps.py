@@ -63,7 +63,7 @@ class Behaviour:
         for effect in fact.effects:
             at = located(effect.at, self._folder)
             is_short = effect.what == TRANSFORM and not effect.is_repeated  # it ends by itself
-            is_endless = effect.do == "wait_for_message" and effect.timeout is None
+            is_endless = effect.do == "wait_for_message" and effect.how == "without time-out"
             if (effect.do == "wait" and not is_short) or is_endless:
                 self._taken.lack(
                     f"{at}: waits for {effect.what} ({effect.how}); in the model it continues at once"

@@ -372,7 +372,7 @@ def _finish(
 ) -> None:
     """Complete a node with the actions of the main function on its ports, and with its executor.
 
-    A component, which is no helper, runs in the executor of its container.
+    Components are not helpers: the executor of their container runs them.
     """
     node.entities = [each for each in node.entities if each.kind not in ("done", "threads")]
     own = set(node.entities)

@@ -40,7 +40,7 @@ _BODY = re.compile(
 _OPTION = re.compile(r"__VA_OPT__\s*\(([^()]*)\)")
 
 Table = dict[str, Macro | None]
-"""Macros by name; None: it is no longer defined."""
+"""Macros by name; None after ``#undef``."""
 
 
 class NotExpandedError(Exception):

@@ -100,7 +100,7 @@ class Polling(Matching):
             return
         changes = self.attributes.changed[before:]
         names = self._all(tests, frame, 3)
-        if not names or any(name in names for name, _ in changes) or "spin" in ast.unparse(node):
+        if not names or any(name in names for name, _ in changes) or _spins(node):
             return
         inner = fact.effects[fact.effects.index(loop) + 1 :]
         if any(
@@ -153,9 +153,9 @@ class Polling(Matching):
         return self._depends_on(test.value, frame, depth)
 
     def _of_call(self, test: ast.Call, frame: Frame, depth: int) -> set[str] | None:
-        if ast.unparse(test.func).endswith("ok"):
-            return set()  # it ends at shutdown
         function = self.alone(test.func, frame)
+        if not isinstance(function, Bound) and _last_name(test.func) == "ok":
+            return set()  # it ends at shutdown
         if isinstance(function, Outside) and function.path.removeprefix("builtins.") in _ASK:
             return self._all(test.args, frame, depth)
         if isinstance(function, Bound) and not test.args and not test.keywords:
@@ -182,6 +182,16 @@ class Polling(Matching):
             function.frame.module, names, function.frame, function=function, instance=bound.instance
         )
         return self._depends_on(body[0].value, inner, depth - 1) if depth else None
+
+
+def _last_name(function: ast.expr) -> str:
+    return function.attr if isinstance(function, ast.Attribute) else getattr(function, "id", "")
+
+
+def _spins(loop: ast.While) -> bool:
+    """Return whether a loop calls a method that runs callbacks, of whatever object."""
+    calls = (each for each in ast.walk(loop) if isinstance(each, ast.Call))
+    return any(_last_name(each.func).startswith("spin") for each in calls)
 
 
 def _is_text(statement: ast.stmt) -> bool:

@@ -292,6 +292,10 @@ class Robot(Node):
         self.data['pose'] = message
         self.state.pose = message
         self.seen.set()
+        self.spinning = True
+
+    def sensor_ok(self):
+        return self.ready
 
     def look(self):
         self.ready = self.count_publishers('in') > 0
@@ -315,6 +319,8 @@ WAITING_LOOPS = [
     f"while self.count < 5: {SLEEP_OF_PYTHON}",
     f"while 'pose' not in self.data: {SLEEP_OF_PYTHON}",
     f"while not self.seen.is_set(): {SLEEP_OF_PYTHON}",
+    f"while not self.spinning: {SLEEP_OF_PYTHON}",
+    f"while not self.sensor_ok(): {SLEEP_OF_PYTHON}",
 ]
 
 

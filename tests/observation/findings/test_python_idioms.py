@@ -212,6 +212,7 @@ def test_coroutines_that_nothing_awaits(tmp_path: Path, tick: str, init: str, fo
     [
         ("while not self.cli.wait_for_service(1.0): print('waiting')", "code-waits"),
         ("wait_for_message(String, self, 'in')", "code-waits"),
+        ("wait_for_message(String, self, 'in', time_to_wait=-1)", "code-waits"),
         ("self.get_clock().sleep_for(Duration(seconds=5))", "code-sleeps"),
         ("while rclpy.ok(): self.last = 1", "code-never-ends"),
         ("wait_for_message(String, self, 'in', time_to_wait=0.1)", None),
