@@ -25,6 +25,7 @@ _SIGNALS = ("condition_variable", "condition_variable_any", "semaphore", "latch"
 _WAITS = ("wait", "wait_for", "wait_until", "acquire", "try_acquire_for", "arrive_and_wait")
 _NOTIFIES = ("notify_one", "notify_all", "release", "count_down", "set_value", "set_exception")
 _LEAVES = ("break_statement", "return_statement", "throw_statement", "goto_statement")
+_OK, _ENDS_WITH_OK = re.compile(r"\bok\(\)"), re.compile(r"\bok\(\)$")
 _EXITS = ("exit(", "std::exit(", "abort(", "std::abort(")
 BEGAN = "began"
 """Member of a thread: the id of the callback that has started it; 0: it has waited for its end."""
@@ -192,7 +193,7 @@ def is_repeated_until_true(call: Node) -> bool:
         others = [each for each in sides if each is not None and each != asked]
         if any(text_of(test.child_by_field_name("operator")) != "&&" for _ in others):
             return False
-        if not all(text_of(each).endswith("ok()") for each in others):  # until shutdown, too
+        if not all(_ENDS_WITH_OK.search(text_of(each)) for each in others):  # until shutdown, too
             return False
         asked, test = test, test.parent
     loop = test.parent if test is not None and test.type == "condition_clause" else test
@@ -226,7 +227,7 @@ def _may_leave(body: Node, way_out: Node | None) -> bool:
     while todo:
         part = todo.pop()
         if part.type == "if_statement" and (
-            part == way_out or "ok()" in text_of(part.child_by_field_name("condition"))
+            part == way_out or _OK.search(text_of(part.child_by_field_name("condition")))
         ):
             rest = part.child_by_field_name("alternative")
             todo += [rest] if rest is not None else []

@@ -83,10 +83,25 @@ TRANSFORMS = ("can_transform", "can_transform_full")
 """Methods of a buffer that return whether a transform is there."""
 
 
+def asks_for_shutdown(test: ast.AST) -> bool:
+    """Return whether code only asks whether ROS still runs: ``rclpy.ok()``, ``self.context.ok()``."""
+    return isinstance(test, ast.Call) and _last_name(test.func) == "ok"
+
+
+def runs_callbacks(node: ast.AST) -> bool:
+    """Return whether code calls a function or method whose name begins with ``spin``."""
+    calls = (each for each in ast.walk(node) if isinstance(each, ast.Call))
+    return any(_last_name(each.func).startswith("spin") for each in calls)
+
+
+def _last_name(function: ast.expr) -> str:
+    return function.attr if isinstance(function, ast.Attribute) else getattr(function, "id", "")
+
+
 def _awaited(test: ast.expr) -> ast.expr | None:
     """Return what the test of a loop waits for: ``x`` of ``not x`` or ``rclpy.ok() and not x``."""
     if isinstance(test, ast.BoolOp) and isinstance(test.op, ast.And):
-        rest = [each for each in test.values if not ast.unparse(each).endswith("ok()")]
+        rest = [each for each in test.values if not asks_for_shutdown(each)]
         return _awaited(rest[0]) if len(rest) == 1 else None
     return test.operand if isinstance(test, ast.UnaryOp) and isinstance(test.op, ast.Not) else None
 
@@ -129,8 +144,7 @@ def waits_for(node: ast.While, methods: tuple[str, ...] = SERVERS) -> ast.Attrib
     >>> waits_for(ast.parse("while not c.wait_for_service(1.0): break").body[0])
     """
     test, rest = _awaited(node.test), list[ast.AST](node.body)
-    is_until_shutdown = isinstance(node.test, ast.Call) and ast.unparse(node.test).endswith("ok()")
-    if is_until_shutdown or ast.unparse(node.test) in ("True", "1"):
+    if asks_for_shutdown(node.test) or ast.unparse(node.test) in ("True", "1"):
         choices = [each for each in node.body if isinstance(each, ast.If)]
         for each in choices[:1]:
             if isinstance(each.body[-1], (ast.Break, ast.Return)):
@@ -142,7 +156,7 @@ def waits_for(node: ast.While, methods: tuple[str, ...] = SERVERS) -> ast.Attrib
     todo = rest
     while todo:
         part = todo.pop()
-        if isinstance(part, ast.If) and "ok()" in ast.unparse(part.test):
+        if isinstance(part, ast.If) and any(map(asks_for_shutdown, ast.walk(part.test))):
             todo += part.orelse  # it ends at shutdown
         elif isinstance(part, (ast.Break, ast.Return, ast.Raise)) or (
             isinstance(part, ast.Call) and ast.unparse(part.func).rpartition(".")[2] in ("exit", "_exit")

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from dineros.sources.branches import Compared, Condition, parts
 from dineros.sources.facts import CallbackFact, Effect
-from dineros.sources.language.endings import exits_of
+from dineros.sources.language.endings import asks_for_shutdown, exits_of, runs_callbacks
 from dineros.sources.language.machine import EVENT
 from dineros.sources.language.modules import Modules
 from dineros.sources.language.running.matching import Matching
@@ -100,7 +100,7 @@ class Polling(Matching):
             return
         changes = self.attributes.changed[before:]
         names = self._all(tests, frame, 3)
-        if not names or any(name in names for name, _ in changes) or _spins(node):
+        if not names or any(name in names for name, _ in changes) or runs_callbacks(node):
             return
         inner = fact.effects[fact.effects.index(loop) + 1 :]
         if any(
@@ -154,7 +154,7 @@ class Polling(Matching):
 
     def _of_call(self, test: ast.Call, frame: Frame, depth: int) -> set[str] | None:
         function = self.alone(test.func, frame)
-        if not isinstance(function, Bound) and _last_name(test.func) == "ok":
+        if not isinstance(function, Bound) and asks_for_shutdown(test):
             return set()  # it ends at shutdown
         if isinstance(function, Outside) and function.path.removeprefix("builtins.") in _ASK:
             return self._all(test.args, frame, depth)
@@ -182,16 +182,6 @@ class Polling(Matching):
             function.frame.module, names, function.frame, function=function, instance=bound.instance
         )
         return self._depends_on(body[0].value, inner, depth - 1) if depth else None
-
-
-def _last_name(function: ast.expr) -> str:
-    return function.attr if isinstance(function, ast.Attribute) else getattr(function, "id", "")
-
-
-def _spins(loop: ast.While) -> bool:
-    """Return whether a loop calls a method that runs callbacks, of whatever object."""
-    calls = (each for each in ast.walk(loop) if isinstance(each, ast.Call))
-    return any(_last_name(each.func).startswith("spin") for each in calls)
 
 
 def _is_text(statement: ast.stmt) -> bool:

@@ -9,7 +9,14 @@ from collections.abc import Callable
 from dineros.sources.branches import Anything, Attempt, Branch, Condition, Leave, Loop, Turns
 from dineros.sources.facts import TRANSFORM
 from dineros.sources.language.attributes import Written
-from dineros.sources.language.endings import TRANSFORMS, may_give_up, waits_for, why_endless
+from dineros.sources.language.endings import (
+    TRANSFORMS,
+    asks_for_shutdown,
+    may_give_up,
+    runs_callbacks,
+    waits_for,
+    why_endless,
+)
 from dineros.sources.language.machine import BREAKS, CONTINUES, FALLS, RAISES, RETURNS, Activity
 from dineros.sources.language.modules import text_of_code
 from dineros.sources.language.operations import Verdict
@@ -356,8 +363,7 @@ class Statements(Polling):
         if verdict is False and not origin:
             return self.execute(node.orelse, frame)
         is_endless = verdict is True and not origin
-        is_until_shutdown = ast.unparse(node.test).endswith("ok()") and isinstance(node.test, ast.Call)
-        why = why_endless(node) if is_endless or is_until_shutdown else ""
+        why = why_endless(node) if is_endless or asks_for_shutdown(node.test) else ""
         loop = self.effect("loop", f"while {_text(node.test)}", node, frame, why)
         before = len(self.attributes.changed)
         found = self._open_loop(node.body, frame, lambda: None, condition, is_entered=is_endless)
@@ -385,7 +391,7 @@ class Statements(Polling):
     def _repeats(self, node: ast.While, frame: Frame) -> None:
         """Record that a loop repeats a wait for a transform until it is there."""
         asked = waits_for(node, TRANSFORMS)
-        if asked is None or isinstance(asked.value, ast.Call) or "spin" in ast.unparse(node):
+        if asked is None or isinstance(asked.value, ast.Call) or runs_callbacks(node):
             return  # spinning in the loop may receive it
         for value in options(self.evaluate(asked.value, frame)):
             if isinstance(value, Made) and value.path.endswith("Buffer"):

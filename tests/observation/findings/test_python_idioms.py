@@ -215,6 +215,7 @@ def test_coroutines_that_nothing_awaits(tmp_path: Path, tick: str, init: str, fo
         ("wait_for_message(String, self, 'in', time_to_wait=-1)", "code-waits"),
         ("self.get_clock().sleep_for(Duration(seconds=5))", "code-sleeps"),
         ("while rclpy.ok(): self.last = 1", "code-never-ends"),
+        ("while self.device.look_ok(): self.last = 1", None),
         ("wait_for_message(String, self, 'in', time_to_wait=0.1)", None),
         ("self.get_clock().sleep_for(Duration(nanoseconds=5))", None),
     ],
