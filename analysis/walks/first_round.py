@@ -37,10 +37,10 @@ FIRINGS_PER_SECOND = 5_000_000
 """Firings of walks in a second, roughly, in nets of any size."""
 
 PROGRAM_WORK, SHORTENING_WORK = 25, 1_000_000
-"""Firings that take as long as an integer program, for each of its numbers, and as shortening a loop."""
+"""Work in firings: of an integer program, for each of its coefficients, and of shortening a loop."""
 
 PATIENCE, LEAST_WORK = 2.0, 1_500_000
-"""Random walks end after so many times as many firings as up to their last find, and not before so many."""
+"""Random walks end after `PATIENCE` times the firings up to their last find, and at least `LEAST_WORK`."""
 
 TRIES, PUMPS = 16, 400
 """Walks aimed at one transition, and at a place that may grow: a loop has to close."""

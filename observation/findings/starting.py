@@ -167,7 +167,7 @@ def _of_helper(helper: NodeFact, nodes: list[NodeFact]) -> Iterator[tuple[NodeFa
 
 
 def _waits_unspun(effect: Effect, node: NodeFact) -> str:
-    """Return for what an effect waits that only an executor of the node brings; empty: for nothing."""
+    """Return in words why a wait never ends without an executor of the node; empty: it may end."""
     when = "before an executor runs the node" if node.spun else "and no executor runs the node"
     entity = effect.entity
     if effect.do == "call" and entity in node.entities and effect.when != "conditional":
