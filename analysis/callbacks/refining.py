@@ -104,6 +104,17 @@ class Endings:
                 break
         return found
 
+    def at_once(self, running: Running, budget: Budget) -> Ending | None:
+        """Decide it of one callback by its smallest part; None: that part does not decide it."""
+        if not set(running) <= self._whole.free.keys():
+            return None
+        return self._grown(running, self._part_of(running), budget, WORK[0], rounds=1)
+
+    def _part_of(self, running: Running) -> set[int]:
+        if running not in self._places:
+            self._places[running] = self._whole.grown(running)
+        return self._places[running]
+
     def of(self, running: Running, budget: Budget, work: int = WORK[-1]) -> Ending:
         """Decide it of one callback; a later call continues with the part that was reached.
 
@@ -119,7 +130,7 @@ class Endings:
         whole = self._whole
         if not set(running) <= whole.free.keys():
             return Ending("unknown", reason=NO_BOUND)
-        places = self._places.setdefault(running, whole.grown(running))
+        places = self._part_of(running)
         found = self._grown(running, places, budget, work, rounds=1)
         near = next((each for each in self._kept if each.issuperset(running)), None)
         if found is None and near is not None:

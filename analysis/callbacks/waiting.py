@@ -157,7 +157,7 @@ class Waiting:
         if awaited:
             return [frozenset(call.waiter for call in awaited)]
         begins = set(self._begins(self.callbacks[key])) if key in self.callbacks else set()
-        steps = [each for each in self._inside[key] if each not in begins]
+        steps = [each for each in self.steps[key] if each not in begins]
         reached = [each for each in steps if self._is_reached(each, marking)] or steps
         ways: Ways = []
         for step in reached:
@@ -190,7 +190,7 @@ class Waiting:
                 if isinstance(call.client, sym.ClientPort) and _any(call.under_way, marking):
                     found[str(call.client.response.id)] = None
             begins = set(self._begins(callback))
-            for step in self._inside[key]:
+            for step in self.steps[key]:
                 if step not in begins and self._is_reached(step, marking):
                     lacks = self._missing(step, marking) - self.resources.keys()
                     found.update(dict.fromkeys(self._place_waiter(each).element for each in sorted(lacks)))
@@ -253,7 +253,7 @@ class Waiting:
         """Return the transitions by which a callback begins, and ends at once where it is a single one."""
         once = [
             transition
-            for transition in self._inside[callback.page, callback.index]
+            for transition in self.steps[callback.page, callback.index]
             if any(place in self.resources for place, _ in self._net.pre.row(transition))
         ]
         return list(dict.fromkeys([*self._raising[callback.running], *once]))
@@ -334,7 +334,7 @@ class Waiting:
                     yield index[link.target.id], (page, link.index)
 
     @cached_property
-    def _inside(self) -> dict[Key, list[int]]:
+    def steps(self) -> dict[Key, list[int]]:
         """The transitions of the model that belong to a callback."""
         inside: dict[Key, list[int]] = defaultdict(list)
         for transition, key in self._of.items():

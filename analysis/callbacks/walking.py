@@ -10,9 +10,12 @@ found may exist.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from bisect import bisect_left
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from random import Random
+from typing import TypeAlias
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.callbacks.blocking import Blocked
@@ -34,8 +37,18 @@ CLOSING = 600
 LOOKS = 50
 """Firings between two looks at what waits."""
 
+LOOKS_CLOSELY = 5
+"""The same for a run that only continues what a callback has begun."""
+
+NEWEST = 20
+"""Firings at the end of a run whose tokens are followed."""
+
 SHORTENING = 50_000
 """Firings that may be tried to shorten a run."""
+
+
+Choice: TypeAlias = Callable[[Sequence[int], Sequence[int]], int | None]
+"""Chooses an enabled transition for a marking and the run that led to it; None: no further one."""
 
 
 class Walks:
@@ -82,24 +95,48 @@ class Walks:
         known : Callback, optional
             One that is known never to end after that: only circles are of interest that it waits for.
         """
-        trace, doomed = self._walk(list(begun), draw, budget, known)
+        order = list(range(len(self._net.transitions)))
+
+        def drawn(marking: Sequence[int], _: Sequence[int]) -> int | None:
+            draw.shuffle(order)
+            return next((t for t in order if self._net.is_enabled(t, marking)), None)
+
+        trace, doomed = self._walk(list(begun), drawn, budget, known)
         for callback, circle in doomed:
             yield Blocked(callback.waiter, circle, tuple(trace))
 
+    def closed_after(self, begun: Sequence[int], budget: Budget, known: Callback) -> Blocked | None:
+        """Return the circle that a callback waits for after a run, which continues with what it has begun.
+
+        The run follows its newest tokens, so that what it asked for is answered, and nothing else happens.
+        In large nets, a run that is drawn does not come that far.
+        """
+        net, last = self._net, len(begun)
+
+        def newest(marking: Sequence[int], trace: Sequence[int]) -> int | None:
+            for fired in reversed(trace[max(0, last - NEWEST) :]):
+                for place in self._raises[fired]:
+                    for t in net.consumers[place]:
+                        if net.is_enabled(t, marking) and t not in trace[last:]:
+                            return t
+            return None
+
+        trace, doomed = self._walk(list(begun), newest, budget, known, LOOKS_CLOSELY)
+        callback, circle = next(iter(doomed), (known, None))
+        return None if circle is None else Blocked(callback.waiter, circle, tuple(trace))
+
     def _walk(
-        self, trace: list[int], draw: Random, budget: Budget, known: Callback | None
+        self, trace: list[int], choose: Choice, budget: Budget, known: Callback | None, looks: int = LOOKS
     ) -> tuple[list[int], list[tuple[Callback, Circle | None]]]:
-        """Fire what is enabled, as it is drawn, until callbacks never end, in a circle if there is one."""
+        """Fire what is chosen until callbacks never end, in a circle if there is one."""
         net = self._net
         marking = replay(net, trace)[-1]
-        order = list(range(len(net.transitions)))
         most = len(trace) + (STEPS if known is None else CLOSING)
         is_first = True
         while True:
-            draw.shuffle(order)
-            chosen = next((t for t in order if net.is_enabled(t, marking)), None)
+            chosen = choose(marking, trace)
             ends = chosen is None or len(trace) >= most or budget.is_over
-            if ends or len(trace) % LOOKS == 0:
+            if ends or len(trace) % looks == 0:
                 doomed = self._doomed(marking, known)
                 if ends or any(circle is not None for _, circle in doomed):
                     return trace, doomed
@@ -123,6 +160,25 @@ class Walks:
             return [(inside[0], circle)]
         return [(each, None) for each in endless]
 
+    def endless_after(self, traces: Iterable[Sequence[int]]) -> dict[int, tuple[int, ...]]:
+        """Return callbacks that never end after one of some runs, by their ids in Python.
+
+        The value is the part of a run that ends as soon as the callback never ends.
+        """
+        found: dict[int, tuple[int, ...]] = {}
+        for trace in traces:
+            markings = replay(self._net, trace)
+            for callback, _ in self._doomed(markings[-1], None):
+                if id(callback) not in found:
+                    end = self._first(markings, partial(self._waits_so, callback, None))
+                    found[id(callback)] = tuple(trace[:end])
+        return found
+
+    @staticmethod
+    def _first(markings: Sequence[list[int]], is_so: Callable[[list[int]], bool]) -> int:
+        """Return the number of the first marking of a run of which something is true; what is so stays so."""
+        return bisect_left(range(len(markings) - 1), True, key=lambda number: is_so(markings[number]))
+
     def never_ends_at_best(self, callback: Callback, marking: Sequence[int]) -> bool:
         """Return whether a callback never ends from a marking on, even if no thread or group were missing."""
         free = list(marking)
@@ -134,14 +190,8 @@ class Walks:
         """Yield callbacks that never end after a run, each with the beginning of the run that is enough."""
         markings = replay(self._net, trace)
         for callback, circle in self._doomed(markings[-1], None):
-            low, high = 0, len(trace)
-            while low < high:  # what has closed stays closed
-                middle = (low + high) // 2
-                if self._waits_so(callback, circle, markings[middle]):
-                    high = middle
-                else:
-                    low = middle + 1
-            yield Blocked(callback.waiter, circle, trace[:high])
+            end = self._first(markings, partial(self._waits_so, callback, circle))
+            yield Blocked(callback.waiter, circle, trace[:end])
 
     def _waits_so(self, callback: Callback, circle: Circle | None, marking: list[int]) -> bool:
         """Whether a callback has begun and never ends from a marking on, in a circle if there is one."""

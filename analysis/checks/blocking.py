@@ -147,7 +147,7 @@ class Callbacks(Question):
 
         checked.budget.stage(cls.asks)
         share = checked.budget.share(CALLBACKS_SHARE)
-        search = searched(checked.subject.net, checked.waiting, share)
+        search = searched(checked.subject.net, checked.waiting, share, near=checked.near.traces)
         checked.callbacks_asked, checked.callbacks_known = True, search.is_complete
         found = cls._report(checked, search.blocked)
         if not search.is_complete:

@@ -44,16 +44,20 @@ class Bound:
     weights: dict[int, int]
 
 
-def place_bounds(net: CompiledNet, flows: Iterable[PlaceInvariant] = ()) -> list[Bound | None]:
+def place_bounds(net: CompiledNet) -> Sequence[Bound | None]:
     """Return a bound for each place, or None if no weighting gives one.
 
-    Parameters
-    ----------
-    net
-        The net.
-    flows
-        Semiflows already known.
+    Large nets take seconds, and many questions need the bounds, so they are kept with the net.
     """
+    return net.once(_bounds_without_flows)
+
+
+def _bounds_without_flows(net: CompiledNet) -> list[Bound | None]:
+    return _bounds_by(net, ())
+
+
+def _bounds_by(net: CompiledNet, flows: Iterable[PlaceInvariant]) -> list[Bound | None]:
+    """Return a bound for each place by semiflows that are known, and by linear programs."""
     bounds: list[Bound | None] = [None] * len(net.places)
     producers = producers_of(net)
     for flow in flows:
@@ -149,7 +153,7 @@ def flows_and_bounds(net: CompiledNet) -> FlowsAndBounds:
     All engines start with these: call it by `CompiledNet.once`.
     """
     flows = semiflows(net)
-    return flows, place_bounds(net, flows or ())
+    return flows, _bounds_by(net, flows) if flows else place_bounds(net)
 
 
 def renumbered(facts: FlowsAndBounds, number: Mapping[int, int]) -> FlowsAndBounds:

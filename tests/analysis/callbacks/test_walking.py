@@ -12,6 +12,7 @@ from dineros.analysis.callbacks.waiting import Waiting
 from dineros.analysis.callbacks.walking import Walks
 from dineros.analysis.checks.blocking import ALL_END, OTHERS_END
 from dineros.analysis.checks.check import check
+from dineros.analysis.covering.firings import near_firings
 from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
 from dineros.analysis.model.subject import base_subject
 from dineros.analysis.nets.compiled import CompiledNet
@@ -47,6 +48,29 @@ def test_circles_of_programs_without_an_end_of_markings(name: str) -> None:
         assert any("can wait for these" in str(each) for each in report.unknown)
     else:
         assert (OTHERS_END if circles else ALL_END) in report.proved
+
+
+NEAR = ("same_group", "one_thread", "awaiting", "answer_one_thread", WAITS_FOR_OTHERS)
+"""Programs whose circle closes after any run in which the callback asks."""
+
+
+@pytest.mark.parametrize("name", PROGRAMS)
+def test_circles_are_closed_after_known_runs(name: str) -> None:
+    """A run that begins a call shows that its callback never ends; its tokens are followed to the circle."""
+    subject = base_subject(program(name))
+    waiting = Waiting(subject)
+    walks = Walks(subject.net, waiting)
+    traces = near_firings(subject.net, Budget(seconds=60)).traces
+    endless = walks.endless_after(sorted(traces.values(), key=len))
+    for each in waiting.callbacks.values():
+        if id(each) not in endless:
+            continue
+        trace = endless[id(each)]
+        assert each.waiter in {one.callback for one in walks.blocked_after(trace)}
+        assert each.waiter not in {one.callback for one in walks.blocked_after(trace[:-1])}
+        closed = walks.closed_after(trace, Budget(seconds=60), each)
+        assert closed is not None and str(closed.circle) == CIRCLES[name]
+    assert bool(endless) == (name in NEAR)
 
 
 @pytest.mark.long

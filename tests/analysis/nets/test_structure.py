@@ -10,7 +10,7 @@ import pytest
 from hypothesis import example, given, settings
 from numpy.typing import NDArray
 
-from dineros.analysis.nets.bounds import place_bounds
+from dineros.analysis.nets.bounds import flows_and_bounds, place_bounds
 from dineros.analysis.nets.compiled import CompiledNet, NetError
 from dineros.analysis.nets.linear_programs import LinearProgram
 from dineros.analysis.nets.semiflows import semiflows
@@ -49,8 +49,8 @@ def test_invariants_span_the_kernel(net: CompiledNet) -> None:
 def test_bounds_hold(net: CompiledNet) -> None:
     counts = reference_search(net, 500)
     if counts is not None:
-        for flows in (semiflows(net) or (), ()):  # those that the linear programs are to replace, and none
-            for bound, largest in zip(place_bounds(net, flows), counts.largest_place, strict=True):
+        for bounds in (flows_and_bounds(net)[1], place_bounds(net)):
+            for bound, largest in zip(bounds, counts.largest_place, strict=True):
                 assert bound is None or bound.value >= largest
 
 
@@ -76,9 +76,8 @@ _ROUNDED = CompiledNet.build(
 @settings(max_examples=100, deadline=None)
 def test_linear_programs_bound_as_tightly_as_semiflows(net: CompiledNet) -> None:
     # All of these nets are small, so that each place gets a program of its own.
-    flows = semiflows(net)
-    assert flows is not None
-    for bound, other in zip(place_bounds(net, flows), place_bounds(net), strict=True):
+    assert semiflows(net) is not None
+    for bound, other in zip(flows_and_bounds(net)[1], place_bounds(net), strict=True):
         assert (bound is None) == (other is None)
         assert bound is None or other is None or other.value <= bound.value
 
@@ -93,9 +92,8 @@ def test_programs_bound_places_more_tightly_than_semiflows() -> None:
             ("t3", {"p2": 1, "p3": 1}, {"p0": 1, "p4": 1}),
         ],
     )
-    flows = semiflows(net)
-    assert flows is not None
-    bound = place_bounds(net, flows)[3]
+    assert semiflows(net) is not None
+    bound = flows_and_bounds(net)[1][3]
     assert bound is not None and bound.value == 1  # the semiflow of p0 and p3 bounds it by 2
 
 
@@ -205,3 +203,8 @@ def test_importing_the_package_does_not_import_numba() -> None:
     code = f"import sys, {modules}; print('numba' in sys.modules)"
     answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert answer.stdout.strip() == "False"
+
+
+def test_bounds_are_proved_once_for_a_net() -> None:
+    net = CompiledNet.build({"a": 1, "b": 0}, [("t", {"a": 1}, {"b": 1})])
+    assert place_bounds(net) is place_bounds(net)
