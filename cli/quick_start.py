@@ -9,6 +9,8 @@ from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 
+from dineros.metamodel.files import require_file
+
 #: Objects made between two looks for garbage: more than imports and the flattening of an ordinary model make.
 #: The default of 700 looks hundreds of times meanwhile, and each look at 100 000 takes 50 ms.
 OBJECTS_BETWEEN_COLLECTIONS = 400_000
@@ -17,18 +19,32 @@ OBJECTS_BETWEEN_COLLECTIONS = 400_000
 UNUSED = ("scipy", "scipy.linalg", "cffi", "coverage")
 #: What Numba and pyecore import for what no command uses: extensions of Numba, and models at web addresses.
 RARE = ("importlib.metadata", "urllib.request")
+#: What NumPy imports only to write docstrings.
+DOCSTRINGS = ("numpy._core._add_newdocs", "numpy._core._add_newdocs_scalars")
 #: Numba reads this file of the current folder, for which it needs YAML.
 NUMBA_SETTINGS = Path(".numba_config.yaml")
 #: The threads of NumPy's linear algebra start, and spin, as soon as it is imported.
 THREADS = "OPENBLAS_NUM_THREADS"
 
 
-def start_quickly() -> None:
+def start_quickly(model: Path | None = None) -> None:
     """Import the run time of the compiler without parts that the engines never use, which halves its time.
 
     During this import, some packages appear to be absent. This is for the command line, which owns its
     process; the library leaves it to the caller.
+
+    Parameters
+    ----------
+    model : Path, optional
+        The file that the command reads.
+
+    Raises
+    ------
+    ModelFileError
+        There is no such file; nothing is imported then.
     """
+    if model is not None:
+        require_file(model)
     gc.set_threshold(OBJECTS_BETWEEN_COLLECTIONS, 20, 20)
     if "numba" in sys.modules:
         return
@@ -37,6 +53,8 @@ def start_quickly() -> None:
     unused = UNUSED if NUMBA_SETTINGS.exists() else (*UNUSED, "yaml")
     hidden = [name for name in unused if name not in sys.modules]
     sys.modules.update(dict.fromkeys(hidden))  # type: ignore[arg-type]
+    for name in DOCSTRINGS:
+        sys.modules.setdefault(name, ModuleType(name))
     is_set = THREADS in os.environ
     os.environ.setdefault(THREADS, "1")
     try:

@@ -31,8 +31,10 @@ from dineros.cli.options import ExampleCommand, command, invocation
 from dineros.cli.searching import INTERRUPTED, MEMORY, TIME, WHY, Limits, Pieces, Search, Whereabouts, use
 from dineros.metamodel.errors import BudgetError, printable
 
-LOOK_SECONDS = 0.02
-"""Seconds between two checks of the memory."""
+LOOK_SECONDS = 0.02, 0.1
+"""Least and most seconds between two checks of the memory; the more of it is free, the fewer."""
+FASTEST = 4 << 30
+"""Bytes that one processor allocates in a second at most."""
 SHOWN_SECONDS, SAID_SECONDS = 0.5, 10.0
 """Seconds between two progress reports: on a terminal, and otherwise with `-v`."""
 SAY_SECONDS = "DINEROS_SAY_SECONDS"
@@ -218,7 +220,7 @@ class Watch:
         self._ask_at: float | None = None
         if limits.seconds is not None:
             self._ask_at, self._end_at = (limits.seconds * factor + more for factor, more in (ASKED, ENDED))
-        self._looked = 0.0
+        self._looked, self._wait = 0.0, LOOK_SECONDS[0]
         self._is_terminal = sys.stderr.isatty()
         self._is_shown = invocation().verbosity >= (0 if self._is_terminal else 1)
         asked = os.environ.get(SAY_SECONDS, "")
@@ -246,7 +248,7 @@ class Watch:
 
         with Apart(apart) as process, self._counting_signals():
             while not process.is_over:
-                for kind, value in process.messages(LOOK_SECONDS):
+                for kind, value in process.messages(self._wait):
                     self._take(kind, value)
                     self._look(process)
                 self._look(process)
@@ -299,11 +301,14 @@ class Watch:
     def _look(self, process: Apart) -> None:
         """Stop the search, or request its end, if it would exceed its limits."""
         now = self.limits.spent
-        if now - self._looked >= LOOK_SECONDS:
+        if now - self._looked >= self._wait:
             self._looked = now
             most = int(self.memory * (1 - MARGIN)) - resident_memory()
-            if process.tree.memory(most) > most:
+            free = most - process.tree.memory(most)
+            if free < 0:
                 self._end(process, MEMORY)
+            least, longest = LOOK_SECONDS
+            self._wait = min(max(free / (FASTEST * (os.cpu_count() or 1)), least), longest)
         if self._signals and self.cause != INTERRUPTED:
             self.cause = INTERRUPTED
             self._ask_at, self._end_at = now, now + PATIENCE

@@ -10,8 +10,6 @@ from dineros.analysis.model.subject import Subject
 from dineros.analysis.model.wording import source_of
 from dineros.metamodel import sym
 from dineros.metamodel.times.given import says_times, with_lifespans
-from dineros.transformations.rules.histories import R2, R3
-from dineros.transformations.rules.times.strikes import D1
 
 
 def never_lost(subject: Subject) -> set[str]:
@@ -24,6 +22,9 @@ def never_lost(subject: Subject) -> set[str]:
     bounds = _bounds(subject)
     if bounds is None:
         return set()
+    from dineros.transformations.rules.histories import R2, R3  # their modules take time to import
+    from dineros.transformations.rules.times.strikes import D1
+
     found: set[str] = set()
     for queue in queues(subject):
         if queue.link.maker is R3:

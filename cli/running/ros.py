@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import shlex
@@ -132,11 +133,11 @@ def _workspace_processes(workspace: Path) -> tuple[Commands, dict[str, str]]:
 def _model_processes(
     application: Application, system: sym.SystemModel, folder: Path
 ) -> tuple[Commands, dict[str, str]]:
-    """Build the interfaces in the user's cache, once for all models with equal ones."""
+    """Build the interfaces in the user's cache, once for all runs with equal ones."""
     from dineros.generators import Options, generate
     from dineros.generators.workspace.building import build_interfaces, environment
 
-    workspace = cache_folder() / "workspaces" / system.id
+    workspace = _cached_workspace(system)
     workspace.mkdir(parents=True, exist_ok=True)
     # Other nodes of the model may start in another run at the same time.
     with working("Building the interfaces"), held(workspace):
@@ -155,6 +156,19 @@ def _model_processes(
             command += ["--handlers", str(application.handlers.resolve())]
         commands.append((model.node.id, [*command, "--ros-args", *expected[model.node.id]]))
     return commands, environment(workspace)
+
+
+def _cached_workspace(system: sym.SystemModel) -> Path:
+    """Return the folder in which the interfaces of a model are built.
+
+    Its name has a hash of the interfaces and of the installed Python. So a run does not replace the
+    interfaces of another run, if their models have the same id.
+    """
+    from dineros.generators.application.interfaces import interfaces_of
+
+    interfaces = json.dumps(asdict(interfaces_of(system)), default=sorted)  # sets have no order
+    key = hashlib.sha256(f"{interfaces} {sys.version} {sys.prefix}".encode()).hexdigest()[:12]
+    return cache_folder() / "workspaces" / f"{system.id}-{key}"
 
 
 def _expected(system: sym.SystemModel) -> dict[str, list[str]]:

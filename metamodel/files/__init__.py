@@ -20,12 +20,13 @@ from typing import TYPE_CHECKING
 
 from dineros.metamodel.errors import Location, ModelFileError, near_matches, with_article
 from dineros.metamodel.files.net_formats import SUFFIXES_OF_NETS, net_format
+from dineros.metamodel.files.reading import cannot_read
 
 if TYPE_CHECKING:
     from dineros.metamodel import pn
     from dineros.metamodel.base import EObject
 
-__all__ = ["SUFFIXES", "load", "load_any", "save"]
+__all__ = ["SUFFIXES", "load", "load_any", "require_file", "save"]
 
 SUFFIXES = (".xmi", ".sym", ".rtm", ".pnm", *SUFFIXES_OF_NETS)
 """Suffixes of model files."""
@@ -57,6 +58,24 @@ def load_any(path: Path | str) -> EObject:
     """
     read, _ = _format(path, _OTHER_FORMATS)
     return read(Path(path))
+
+
+def require_file(path: Path) -> None:
+    """Raise the error of `load` if there is no such file, without importing what reads a format.
+
+    Raises
+    ------
+    ModelFileError
+        There is no such file.
+    """
+    try:
+        path.stat()
+    except FileNotFoundError as error:
+        if path.suffix.lower() not in (*SUFFIXES, ".py"):
+            raise _unknown_suffix(path, _OTHER_FORMATS) from None
+        raise cannot_read(Location(path), error) from error
+    except (OSError, ValueError):
+        return  # `load` says what is wrong
 
 
 def save(net: EObject, path: Path | str) -> None:
@@ -109,7 +128,12 @@ def _format(
         from dineros.metamodel.files.xmi import read_xmi, write_xmi
 
         return read_xmi, write_xmi
-    raise ModelFileError(
+    raise _unknown_suffix(path, others)
+
+
+def _unknown_suffix(path: Path | str, others: Mapping[str, str]) -> ModelFileError:
+    suffix = Path(path).suffix.lower()
+    return ModelFileError(
         f"{suffix!r} is not a suffix of a model file" if suffix else "the file name has no suffix",
         location=Location(path),
         hint=others.get(suffix) or near_matches(suffix, SUFFIXES) or f"known are {', '.join(SUFFIXES)}",

@@ -158,7 +158,7 @@ def read_pieces(path: Path | str, start: int = 0, *, size: int = 1 << 18) -> Ite
                     is_first = False
                 yield piece
     except OSError as error:
-        raise _cannot(os.O_RDONLY, Location(path), error) from error
+        raise cannot_read(Location(path), error) from error
 
 
 @contextlib.contextmanager
@@ -191,6 +191,11 @@ def linked(location: Location) -> ModelFileError:
     """Return the error for a symbolic link where none is followed."""
     hint = "put the file or folder itself there"
     return ModelFileError("is a symbolic link, which is not followed here", location=location, hint=hint)
+
+
+def cannot_read(location: Location, error: OSError | ValueError) -> ModelFileError:
+    """Return the error for a file that cannot be read."""
+    return _cannot(os.O_RDONLY, location, error)
 
 
 def _cannot(flags: int, location: Location, error: OSError | ValueError) -> ModelFileError:

@@ -23,7 +23,7 @@ PACKAGES: dict[str, Any] = {package.nsURI: package for package in (pn, sym, rtm,
 INTEGERS = frozenset({"EInt", "EIntegerObject"})
 """Names of the types of whole numbers."""
 
-NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+NOT_XML = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
 """Characters that XML 1.0 has no place for, not even escaped (Sect. 2.2, Char)."""
 
 _INTEGER = re.compile(r"[+-]?[0-9]{1,20}")

@@ -125,7 +125,7 @@ def flatten(
     trace = _trace(engine, {image: original for original, image in images.items()}, made)
     if guarded(model):
         trace = unfold_guards(model, net, trace)
-    add_certificate(net, engine, made)
+    add_certificate(net, engine, made, middleware, times)
     check_certificate(net)
     del prototypes  # used for the links of S4
     return Flattened(net, trace)

@@ -3,32 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cache
-from types import ModuleType
+from functools import cache, cached_property
+from importlib import import_module
 
 from dineros.metamodel.errors import UnknownElementError, near_matches
 from dineros.transformations.language.rule import Rule, RuleType
-from dineros.transformations.rules import (
-    absent_servers,
-    capacities,
-    coming_and_going,
-    executors,
-    histories,
-    lifecycle,
-    requests,
-    services,
-    signals,
-    starts,
-    timers,
-    topics,
-)
-from dineros.transformations.rules.actions import callbacks as served
-from dineros.transformations.rules.actions import ends, feedback, goals, managed, publishing, slots
-from dineros.transformations.rules.clients import acceptances, answers, cancels, living
-from dineros.transformations.rules.clients import goals as many_goals
-from dineros.transformations.rules.clients import requests as unbounded
 from dineros.transformations.rules.phases import (
     MiddlewareVariant,
     OverflowVariant,
@@ -36,17 +17,6 @@ from dineros.transformations.rules.phases import (
     StandardRule,
     in_order,
 )
-from dineros.transformations.rules.times import (
-    deadlines,
-    latencies,
-    lifespans,
-    orders,
-    reactions,
-    strikes,
-    time_outs,
-    work,
-)
-from dineros.transformations.rules.times import goals as of_goals
 
 
 @dataclass(frozen=True)
@@ -61,134 +31,181 @@ class Family:
         Description of the rules.
     section : str
         Section of the paper; empty if the paper does not have them.
-    rules : tuple of Rule
-        By their numbers.
     about : str
         Their origin, if it is not the paper.
-    modules : tuple of module
-        The modules that define them.
+    modules : tuple of str
+        The modules that define them, relative to this package; they are imported when the rules are needed.
+    middleware : {"ros1", "ros2"} or None
+        The only middleware under which its rules run.
+    times : bool
+        Whether its rules run only if time is modelled.
     """
 
     name: str
     title: str
     section: str
-    rules: tuple[type[Rule], ...]
+    modules: tuple[str, ...]
     about: str = ""
-    modules: tuple[ModuleType, ...] = ()
+    middleware: MiddlewareVariant | None = None
+    times: bool = False
+
+    @cached_property
+    def rules(self) -> tuple[type[Rule], ...]:
+        """The rules, by their numbers."""
+        return tuple(sorted(self.defined(), key=lambda rule: rule.__name__[:2]))
+
+    def defined(self) -> Iterator[type[StandardRule]]:
+        """Yield the rules in the order of definition."""
+        for name in self.modules:
+            module = import_module(f"{__package__}.{name}")
+            for value in vars(module).values():
+                if isinstance(value, RuleType) and value.__module__ == module.__name__:
+                    assert issubclass(value, StandardRule), f"{value.__name__} declares no phase"
+                    yield value
+
+    def may_run(self, middleware: MiddlewareVariant, times: bool) -> bool:
+        """Return whether some of its rules may run in a variant."""
+        return self.middleware in (None, middleware) and (times or not self.times)
 
 
-def _family(name: str, title: str, section: str, modules: tuple[ModuleType, ...], about: str = "") -> Family:
-    rules = sorted(_defined_in(modules), key=lambda rule: rule.__name__[:2])
-    return Family(name, title, section, tuple(rules), about, modules)
+@dataclass(frozen=True)
+class OwnRules(Family):
+    """Rules of a user's file."""
 
+    modules: tuple[str, ...] = ()
+    loaded: tuple[type[Rule], ...] = ()
 
-def _defined_in(modules: Iterable[ModuleType]) -> Iterator[type[StandardRule]]:
-    """Yield the rules that modules define, in the order of definition."""
-    for module in modules:
-        for value in vars(module).values():
-            if isinstance(value, RuleType) and value.__module__ == module.__name__:
-                assert issubclass(value, StandardRule), f"{value.__name__} declares no phase"
-                yield value
+    @cached_property
+    def rules(self) -> tuple[type[Rule], ...]:
+        """The rules, by their positions in the file."""
+        return self.loaded
 
 
 FAMILIES = (
-    _family(
+    Family(
         "topics",
         "Topics: publisher, dispatcher and subscriber queues",
         "Sect. 5.5.1, Fig. 8",
-        (topics,),
+        ("topics",),
     ),
-    _family(
+    Family(
         "services",
         "Services: server instances and the clients' calls",
         "Sect. 5.5.3, Fig. 10",
-        (services,),
+        ("services",),
     ),
-    _family(
+    Family(
         "signals",
         "Signals: values, clauses, and when they may change",
         "Sect. 5.5.4, Fig. 11 and 12",
-        (signals,),
+        ("signals",),
     ),
-    _family(
+    Family(
         "histories",
         "Topics of ROS 2: writer and reader histories",
         "",
-        (histories,),
+        ("histories",),
         "They take the place of T1 to T4 where the middleware is `ros2`.",
+        middleware="ros2",
     ),
-    _family(
+    Family(
         "deadlines",
         "Deadlines of subscriptions of ROS 2",
         "",
-        (deadlines,),
+        ("times.deadlines",),
         "They run where the middleware is `ros2`, for subscriptions that name a place for missed deadlines.",
+        middleware="ros2",
     ),
-    _family(
+    Family(
         "timers",
         "Timers of ROS 2",
         "",
-        (starts, timers),
+        ("starts", "timers"),
         "They run where the middleware is `ros2`.",
+        middleware="ros2",
     ),
-    _family(
+    Family(
         "executors",
         "Executors and callback groups of ROS 2",
         "",
-        (executors,),
+        ("executors",),
         "They run where the middleware is `ros2`, for node nets whose execution is `callbacks`.",
+        middleware="ros2",
     ),
-    _family(
+    Family(
         "requests",
         "Services of ROS 2: request histories and time-outs",
         "",
-        (requests, living, unbounded),
+        ("requests", "clients.living", "clients.requests"),
         "They come after S1 to S4 where the middleware is `ros2`, for services that can lose requests; R8 "
         "for clients that do not wait.",
+        middleware="ros2",
     ),
-    _family(
+    Family(
         "lifecycle",
         "Managed nodes of ROS 2",
         "",
-        (lifecycle, coming_and_going, managed, absent_servers),
+        ("lifecycle", "coming_and_going", "actions.managed", "absent_servers"),
         "They run where the middleware is `ros2`, for node nets that have a lifecycle.",
+        middleware="ros2",
     ),
-    _family(
+    Family(
         "actions",
         "Actions: goals, slots, requests to cancel, outcomes, feedback",
         "",
-        (slots, goals, ends, feedback, publishing, cancels, acceptances),
+        (
+            "actions.slots",
+            "actions.goals",
+            "actions.ends",
+            "actions.feedback",
+            "actions.publishing",
+            "clients.cancels",
+            "clients.acceptances",
+        ),
         "They run under every middleware, after those of services; A6 runs before all others, A5-room, "
         "A5-first, A5-hand, A8-room, A8-answer, A8-send, those of A8-more but A8-more itself, and A8-any "
         "with those about capacities.",
     ),
-    _family(
+    Family(
         "clients",
         "Actions of ROS 2: clients that do not wait",
         "",
-        (many_goals, answers),
+        ("clients.goals", "clients.answers"),
         "They run where the middleware is `ros2`, for actions that have a client which sends a goal before "
         "its last one is over.",
+        middleware="ros2",
     ),
-    _family(
+    Family(
         "goals",
         "Executors and callback groups of ROS 2: goals of actions",
         "",
-        (served,),
+        ("actions.callbacks",),
         "They run where the middleware is `ros2`, for node nets whose execution is `callbacks`.",
+        middleware="ros2",
     ),
-    _family(
+    Family(
         "times",
         "Times of ROS 2: strikes, work, messages on their way, reactions, time-outs, orders",
         "",
-        (strikes, work, latencies, lifespans, reactions, time_outs, orders, of_goals),
+        (
+            "times.strikes",
+            "times.work",
+            "times.latencies",
+            "times.lifespans",
+            "times.reactions",
+            "times.time_outs",
+            "times.orders",
+            "times.goals",
+        ),
         "They run where the middleware is `ros2` and a question asks about time.",
+        middleware="ros2",
+        times=True,
     ),
-    _family(
+    Family(
         "capacities",
         "Capacities of places",
         "",
-        (capacities,),
+        ("capacities",),
         "They run last of all rules: B1 and B4 under every middleware, the others where it is `ros2`.",
     ),
 )
@@ -237,6 +254,5 @@ def rules_of(
 
     If lookups do not determine the order of two rules, the order of definition does.
     """
-    defined = _defined_in(module for family in FAMILIES for module in family.modules)
-    chosen = [rule for rule in defined if rule.runs_with(signals, overflow, middleware, times)]
-    return tuple(in_order(chosen))
+    defined = (rule for family in FAMILIES if family.may_run(middleware, times) for rule in family.defined())
+    return tuple(in_order([rule for rule in defined if rule.runs_with(signals, overflow, middleware, times)]))

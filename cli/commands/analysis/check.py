@@ -149,7 +149,7 @@ def check(
     The exit status is 1 if there is a finding (notes, suppressed findings and those of the baseline do not
     count), and 3 if an answer stays unknown that could be more than a note.
     """
-    start_quickly()
+    start_quickly(None if folders else model)
     from dineros.analysis.checks.check import check as check_model
     from dineros.analysis.consequences.durations import left_to_durations
     from dineros.analysis.consequences.lacks import left_to_lacks

@@ -50,7 +50,7 @@ def find(enabled: str | None, marking: str | None, order: Order, quickest: bool,
     With --engine tina, TINA's programs sift and pathto find the sequence, which may be longer; it is
     replayed. Exit status 0: found; 1: proved unreachable; 3: unknown.
     """
-    start_quickly()
+    start_quickly(options["model"])
     from dineros.analysis.questions.engines import Enabled, Marking, Question
     from dineros.analysis.witnesses.findings import witness_of
 

@@ -84,7 +84,7 @@ def latency(
         raise click.UsageError("-o writes a run with --from and --to and without --bounds, or a page (.html)")
     if depths and (first is not None or bounds or output is not None):
         raise click.UsageError("--depths cannot be combined with --from, --to, --bounds or -o")
-    start_quickly()
+    start_quickly(model)
     from dineros.analysis.bounds.answers import Bounds
     from dineros.analysis.bounds.combining import known_everything, known_latency
     from dineros.analysis.latencies.answers import Everything, Latencies, Latency, end_of, require_times

@@ -87,7 +87,7 @@ def statespace(
     if order == "depth-first" and engine != "explicit":
         raise click.UsageError("--search depth-first requires --engine explicit")
     if timed:
-        start_quickly()
+        start_quickly(model)
         if reduce or engine not in ("auto", "classes", "integer", "tina"):
             raise click.UsageError(
                 "--time requires --engine classes, integer or tina, and cannot be combined with --reduce"
@@ -100,7 +100,7 @@ def statespace(
         return count_with_time(asked_of)
     if engine in ("classes", "integer") or construction is not None:
         raise click.UsageError("--classes and --engine classes or integer require --time")
-    start_quickly()
+    start_quickly(model)
     orders = orders_beside(model, no_cache)
     from dineros.analysis.questions.reduced_space import reduced_state_space
     from dineros.analysis.questions.state_space import state_space, unfinished

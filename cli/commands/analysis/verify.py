@@ -84,7 +84,7 @@ def verify(
     Model Checking Contest, and the names ReachabilityDeadlock, OneSafe, QuasiLiveness, Liveness and
     StableMarking.
     """
-    start_quickly()
+    start_quickly(options["model"])
     asking = Asking(**options)
     orders = orders_beside(asking.model, no_cache)
     if property_name is not None:

@@ -57,9 +57,9 @@ def _own(path: Path | None) -> list[Family]:
     if path is None:
         return []
     from dineros.cli.rule_files import load_rules
-    from dineros.transformations.rules.catalogue import Family
+    from dineros.transformations.rules.catalogue import OwnRules
 
-    return [Family("own", f"Rules of {path}", str(path), tuple(load_rules(path)))]
+    return [OwnRules("own", f"Rules of {path}", str(path), loaded=tuple(load_rules(path)))]
 
 
 def _list(families: tuple[Family, ...], as_json: bool) -> None:

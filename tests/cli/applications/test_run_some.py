@@ -15,6 +15,8 @@ from dineros.cli.running import ros
 from dineros.cli.running.applications import application_of
 from dineros.generators import Options, generate
 from dineros.generators.workspace import building
+from dineros.metamodel import sym
+from dineros.metamodel.elements import places
 from dineros.metamodel.files import save
 from tests.cli.conftest import Run
 from tests.support.programs.commands import is_one_line_of_wrong_use
@@ -111,3 +113,24 @@ def test_two_runs_of_a_model_build_its_interfaces_one_after_the_other(
         application = application_of(tmp_path / "talker.sym.xmi", [], None)
         ros._model_processes(application, application.system_model(), tmp_path / "run")
     assert len(held_by) == 1
+
+
+def test_models_with_one_id_and_other_interfaces_are_built_in_other_folders(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Otherwise the second run replaces the interfaces that nodes of the first one use."""
+    built: list[Path] = []
+    monkeypatch.setattr(building, "build_interfaces", built.append)
+    monkeypatch.setattr(building, "environment", lambda _: {})
+    monkeypatch.setattr(ros, "cache_folder", lambda: tmp_path)
+    same, other = talker(), talker()
+    next(place for place in places(same) if place.tokens).tokens += 1  # no interface depends on it
+    other.tokenType = sym.TokenType(id="Word", name="Word", fields=[sym.TokenField(name="text")])
+    for number, model in enumerate((talker(), same, other)):
+        path = tmp_path / f"{number}.sym.xmi"
+        save(model, path)
+        application = application_of(path, [], None)
+        ros._model_processes(application, application.system_model(), tmp_path / "run")
+    first, again, third = built
+    assert first == again != third
+    assert {folder.name.rpartition("-")[0] for folder in built} == {talker().id}

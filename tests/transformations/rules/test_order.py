@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import sys
 from collections.abc import Iterator
 from types import ModuleType
 from typing import get_args
@@ -58,6 +59,16 @@ def test_each_rule_of_the_package_runs_in_some_variant() -> None:
     }
 
 
+@pytest.mark.parametrize("family", FAMILIES, ids=lambda family: family.name)
+def test_a_family_that_is_not_imported_has_no_rule_that_would_run(family: Family) -> None:
+    for signals, overflow, middleware in VARIANTS:
+        for times in (False, True):
+            if not family.may_run(middleware, times):
+                assert not [
+                    rule for rule in family.defined() if rule.runs_with(signals, overflow, middleware, times)
+                ]
+
+
 def _subclasses(rule: type[StandardRule]) -> Iterator[type[StandardRule]]:
     for each in rule.__subclasses__():
         yield each
@@ -77,10 +88,11 @@ class CountsLeaving(StandardRule, phase=Phase.deliveries, middleware="ros1"):
 @pytest.fixture
 def with_one_more(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Define a rule in a module that no other code names, and show it before all others."""
-    module = ModuleType("elsewhere")
+    module = ModuleType(f"{package.__name__}.elsewhere")
     monkeypatch.setattr(CountsLeaving, "__module__", module.__name__)
     monkeypatch.setattr(module, "CountsLeaving", CountsLeaving, raising=False)
-    more = Family("more", "One more", "", (CountsLeaving,), modules=(module,))
+    monkeypatch.setitem(sys.modules, module.__name__, module)
+    more = Family("more", "One more", "", ("elsewhere",))
     monkeypatch.setattr(catalogue, "FAMILIES", (more, *FAMILIES))
     rules_of.cache_clear()
     yield

@@ -1,0 +1,1 @@
+"""The place invariants that the rules of flattening guarantee."""
