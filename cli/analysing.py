@@ -25,8 +25,8 @@ from dineros.cli.searching import search
 if TYPE_CHECKING:
     from dineros.analysis.model.subject import Subject
     from dineros.analysis.symbolic.order_cache import OrderCache
-    from dineros.analysis.witnesses.findings import Step, Witness
     from dineros.analysis.witnesses.first_cause import Cause
+    from dineros.analysis.witnesses.witness import Step, Witness
     from dineros.metamodel import pn
 
 HOLDS, VIOLATED, UNKNOWN = 0, 1, 3

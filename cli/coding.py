@@ -168,7 +168,8 @@ def model_of_code(code: Code, given: Path | None, settings: Sequence[str]) -> Mo
     from dineros.metamodel.ros_names import snake_case
     from dineros.observation.findings.mismatches import of_part
     from dineros.observation.importing.building import to_model
-    from dineros.observation.importing.given import Given, read_given
+    from dineros.observation.importing.given import Given
+    from dineros.observation.importing.given_reading import read_given
 
     read, found = code.read()
     said = read.with_people(read_given(given) if given is not None else Given())

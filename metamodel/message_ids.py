@@ -144,7 +144,7 @@ class Numbers:
 
 
 class Senders:
-    """The numbers that a port had of each sender; of many senders, those heard last.
+    """The numbers that a port had of each sender; of many senders, the most recent ones.
 
     Parameters
     ----------
@@ -190,7 +190,7 @@ class Senders:
         """Note a number, and that the `lost` numbers just below it will never come."""
         numbers = self._numbers.pop(sender, None) or Numbers()
         numbers.add(number, lost)
-        self._numbers[sender] = numbers  # heard last
+        self._numbers[sender] = numbers  # the most recent one
         if len(self._numbers) > self._limit:
             del self._numbers[next(iter(self._numbers))]
 

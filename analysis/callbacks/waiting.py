@@ -1,4 +1,4 @@
-"""Who waits for whom: callbacks, their groups, the threads of executors, calls, and places of the model.
+"""What waits for what: callbacks, their groups, the threads of executors, calls, and places of the model.
 
 A callback that has begun waits for the answers to its calls, and for tokens that other callbacks give. An
 answer waits for the callback that serves the request, and then for a thread and a group to be taken by; so

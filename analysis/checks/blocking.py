@@ -13,7 +13,8 @@ from dineros.analysis.logic.language.errors import FormulaError
 from dineros.analysis.model.final_conditions import FinalCondition
 from dineros.analysis.nets.witness import replay
 from dineros.analysis.symbolic.saturation import DiagramMemoryError
-from dineros.analysis.witnesses.findings import Fault, Wait, Witness, witness_to
+from dineros.analysis.witnesses.findings import Fault, Wait
+from dineros.analysis.witnesses.witness import Witness, witness_to
 from dineros.metamodel.elements import is_unseen, node_net_of
 
 if TYPE_CHECKING:

@@ -14,7 +14,8 @@ from dineros.analysis.checks.remedies import remedy_text
 from dineros.analysis.nets.bounds import flows_and_bounds, place_bounds
 from dineros.analysis.symbolic.engine import symbolic_state_space
 from dineros.analysis.symbolic.levels import LevelSizeError, UnknownBoundError
-from dineros.analysis.witnesses.findings import Fault, pumping_witness
+from dineros.analysis.witnesses.findings import Fault
+from dineros.analysis.witnesses.witness import pumping_witness
 from dineros.metamodel import sym
 
 if TYPE_CHECKING:

@@ -13,7 +13,8 @@ from dineros.analysis.checks.ways import can_fire, firing_witness, overtaking
 from dineros.analysis.model.resting import shut_down_marks
 from dineros.analysis.model.wording import outcome_words
 from dineros.analysis.symbolic.saturation import DiagramMemoryError
-from dineros.analysis.witnesses.findings import Fault, Witness, witness_of, witness_to
+from dineros.analysis.witnesses.findings import Fault
+from dineros.analysis.witnesses.witness import Witness, witness_of, witness_to
 from dineros.metamodel import pn, sym
 from dineros.metamodel.callbacks.groups import holds_thread, runs_callbacks, threads_of
 from dineros.metamodel.elements import node_net_of

@@ -11,7 +11,8 @@ from dineros.analysis.checks.question import Checked, Question
 from dineros.analysis.checks.ways import can_fire, firing_witness, why_unseen
 from dineros.analysis.model.losses import Kind, Loss, losses_of
 from dineros.analysis.model.queues import Queue, queues
-from dineros.analysis.witnesses.findings import Fault, Finding, Witness, witness_of_firing
+from dineros.analysis.witnesses.findings import Fault, Finding
+from dineros.analysis.witnesses.witness import Witness, witness_of_firing
 from dineros.metamodel import sym
 from dineros.metamodel.callbacks.groups import runs_callbacks
 from dineros.metamodel.calls import actions

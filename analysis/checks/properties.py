@@ -11,7 +11,8 @@ from dineros.analysis.checks.question import Checked, Question
 from dineros.analysis.logic.language.errors import FormulaError
 from dineros.analysis.model.subject import Subject
 from dineros.analysis.requirements.listing import properties_of
-from dineros.analysis.witnesses.findings import Fault, Witness, witness_of
+from dineros.analysis.witnesses.findings import Fault
+from dineros.analysis.witnesses.witness import Witness, witness_of
 from dineros.metamodel import sym
 from dineros.metamodel.elements import label
 
@@ -169,7 +170,7 @@ def _unless(checked: Checked, question: Asked | AskedLatency, outcome: Outcome) 
     A bound of a time may be violated by a run in which nothing fires: then only these words show it.
     """
     from dineros.analysis.logic.language.bounded import Bounded
-    from dineros.analysis.questions.engines import Linear
+    from dineros.analysis.questions.asked import Linear
     from dineros.analysis.questions.needed_fairness import needed_fairness
     from dineros.analysis.requirements.stored import Asked
 

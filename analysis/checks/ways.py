@@ -8,7 +8,7 @@ from typing import TypeAlias
 
 from dineros.analysis.checks.question import OUT_OF_MEMORY, Checked
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.witnesses.findings import Witness, witness_of_firing
+from dineros.analysis.witnesses.witness import Witness, witness_of_firing
 
 TOO_LONG = "the run that leads to it is too long to be shown"
 

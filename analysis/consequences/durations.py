@@ -1,7 +1,7 @@
 """Overflows in models of source code: whether they happen depends on how long callbacks take.
 
 A model of source code lets a callback take any time, as the code does not say how long it works. Then each
-queue between nodes can overflow that is not bounded otherwise. Such a finding says nothing about the code: it
+queue between nodes can overflow that is not bounded otherwise. Such a finding does not apply to the code: it
 is a note. If writer and reader are in one node net, they share an executor. Then it stays an error if the
 callbacks of this executor that write, each run once, write more than the queue holds: however quick the
 reader is, it may come after them.

@@ -2,7 +2,7 @@
 
 Code does not say when a managed node is configured, activated and stopped: its manager does, or a person. So
 a model of source code lets it change its state at any time, which is noted as an assumption. Then each
-message that comes or goes at the wrong time can be lost. Such a finding says nothing about the code: it is a
+message that comes or goes at the wrong time can be lost. Such a finding does not apply to the code: it is a
 note. It is a fault again once the facts about the node state what happens to it. Requests that are lost stay
 faults: their clients may wait forever.
 """

@@ -58,7 +58,7 @@ class Firings:
     deadlock : tuple of int or None
         A firing sequence to a deadlock.
     has_no_deadlock : bool
-        True if the absence of deadlocks is proved; False says nothing.
+        True if the absence of deadlocks is proved; False means unknown.
     is_complete : bool
         Whether all markings were visited, up to differences that affect no transition.
     tree : Tree or None

@@ -8,7 +8,7 @@ fixes the model is therefore found this way, and the smallest first (R. Reiter, 
 first principles*, Artificial Intelligence 32(1), 1987: hitting sets).
 
 A callback that never ends, and is in no circle, cannot be repaired if it would not end even with enough
-threads and free groups. A request to cancel that is never heard may also be fixed by `async def`.
+threads and free groups. A cancel request that the server never receives may also be fixed by `async def`.
 
 Each model is checked as `check` does: what is suggested is proved.
 """

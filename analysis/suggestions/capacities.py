@@ -28,7 +28,7 @@ from dineros.analysis.portfolio.asking import find_firing
 from dineros.analysis.symbolic.engine import SymbolicStateSpace, symbolic_state_space
 from dineros.analysis.symbolic.levels import LevelSizeError, UnknownBoundError
 from dineros.analysis.walks.first_round import first_round
-from dineros.analysis.witnesses.findings import Witness, pumping_witness, witness_of
+from dineros.analysis.witnesses.witness import Witness, pumping_witness, witness_of
 from dineros.metamodel import sym
 
 FIRST_WORK = 4_000_000

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from dineros.analysis.evidence.confirmation import Confirmation
     from dineros.analysis.model.subject import Subject
     from dineros.analysis.properties.property import GroupedNames, Property, PropertyAnswer
-    from dineros.analysis.questions.engines import Question
+    from dineros.analysis.questions.asked import Question
     from dineros.analysis.witnesses.findings import Finding, Report
     from dineros.metamodel import pn
 
@@ -191,7 +191,8 @@ def add_report(report: Report, subject: Subject, part: Part, answer: PartAnswer)
 
     Facts that several workers have found, such as whether the net is bounded, are added once.
     """
-    from dineros.analysis.witnesses.findings import Report, witness_of
+    from dineros.analysis.witnesses.findings import Report
+    from dineros.analysis.witnesses.witness import witness_of
 
     if isinstance(answer, Outcome):
         names = ", ".join(name.lower() for name in part.questions)
@@ -256,7 +257,7 @@ def _question(model: pn.Net, asked: dict[str, Any], budget: Budget) -> Outcome:
 
 
 def _read(subject: Subject, asked: dict[str, Any]) -> Question:
-    from dineros.analysis.questions.engines import Branching, Enabled, Linear, Marking
+    from dineros.analysis.questions.asked import Branching, Enabled, Linear, Marking
 
     net, names, text = subject.net, subject.names, asked["text"]
     match asked["kind"]:

@@ -12,7 +12,7 @@ from dineros.analysis.timed.reductions.parts import part_of_firing
 from dineros.analysis.timed_checks.timed_checked import TimedChecked, with_times
 from dineros.analysis.timed_checks.timed_walks import walk_in_time, walk_towards
 from dineros.analysis.timed_checks.without_times import WithoutTimes, time_goes_on, without_times
-from dineros.analysis.witnesses.findings import pumping_witness
+from dineros.analysis.witnesses.witness import pumping_witness
 from dineros.metamodel import sym
 from dineros.metamodel.guards.using import guarded
 

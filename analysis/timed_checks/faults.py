@@ -22,7 +22,7 @@ LOCKED = Fault(
     "time-lock",
     "error",
     "A state can be reached in which a transition has to fire, but priorities forbid it.",
-    "time can come to an end: {transitions} have priority over each other, so none of them fires",
+    "time can stop: {transitions} have priority over each other, so none of them fires",
 )
 LOSES_TICKS = Fault(
     "timer-loses-ticks",

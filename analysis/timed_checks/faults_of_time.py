@@ -17,7 +17,7 @@ from dineros.analysis.timed.nets import TimedNet
 from dineros.analysis.timed_checks import faults
 from dineros.analysis.timed_checks.timed_checked import TimedChecked, with_times
 from dineros.analysis.timed_checks.without_times import time_goes_on
-from dineros.analysis.witnesses.findings import witness_of
+from dineros.analysis.witnesses.witness import witness_of
 
 GRAPH_SHARE = 0.3
 """Part of the time for the graph of strong classes, which only nets with priorities need here."""

@@ -14,7 +14,7 @@ from dineros.analysis.latencies.parts import Parts
 from dineros.analysis.timed.timed_subject import timed_base_subject
 from dineros.analysis.timed_runs.drawing import DrawnRun, TimeStopsError, mean_of
 from dineros.analysis.timed_runs.following import Following
-from dineros.analysis.witnesses.findings import Witness, witness_of
+from dineros.analysis.witnesses.witness import Witness, witness_of
 from dineros.metamodel import sym
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.times.given import duration_of, latency_between

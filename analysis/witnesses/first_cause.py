@@ -42,8 +42,8 @@ from dineros.analysis.logic.language.syntax import (
 from dineros.analysis.model.subject import Subject
 from dineros.analysis.nets.witness import replay
 from dineros.analysis.walks.causal_past import CausalPast, TokenNeed
-from dineros.analysis.witnesses.findings import Witness
 from dineros.analysis.witnesses.token_levels import TokenLevels
+from dineros.analysis.witnesses.witness import Witness
 
 _ANSWERS = ("holds", "violated", "reachable", "conforms", "unknown")
 _OPPOSITE = {">=": "<", "<": ">=", "<=": ">", ">": "<=", "==": "!=", "!=": "=="}

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from dineros.analysis.model.step_roles import StepRole, step_roles
-from dineros.analysis.witnesses.findings import Witness
 from dineros.analysis.witnesses.first_cause import Cause, first_cause
+from dineros.analysis.witnesses.witness import Witness
 from dineros.metamodel.clauses import start_value
 from dineros.metamodel.elements import node_nets
 from dineros.metamodel.records import Fire, Header, Record

@@ -14,7 +14,8 @@ from lxml import etree
 
 from dineros.analysis.model.times import left_out_times
 from dineros.analysis.witnesses.code_lines import CodeLines
-from dineros.analysis.witnesses.findings import Fault, Finding, Report, Step, Suppressed, Witness
+from dineros.analysis.witnesses.findings import Fault, Finding, Report, Suppressed
+from dineros.analysis.witnesses.witness import Step, Witness
 from dineros.metamodel import pn
 from dineros.metamodel.elements import elements
 from dineros.metamodel.errors import Location, printable

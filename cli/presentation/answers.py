@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from dineros.analysis.model.fairness import Unfairness
     from dineros.analysis.model.times import LeftOutTimes
     from dineros.analysis.questions.needed_fairness import NeededFairness
-    from dineros.analysis.witnesses.findings import Witness
+    from dineros.analysis.witnesses.witness import Witness
 
 
 def say_way(answer: Outcome, goal: str, witness: Witness | None, model: Path, output: Path | None) -> None:

@@ -50,7 +50,7 @@ def say_state_space(
     """
     from dineros.analysis.model.assumptions import of_source
     from dineros.analysis.model.times import left_out_times
-    from dineros.analysis.witnesses.findings import pumping_witness
+    from dineros.analysis.witnesses.witness import pumping_witness
 
     times, assumes = left_out_times(subject.model), of_source(subject.model)
     figures = {**asked, **space.to_dict()}

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from dineros.cli.console import note, warn
 
 if TYPE_CHECKING:
-    from dineros.analysis.witnesses.findings import Witness
+    from dineros.analysis.witnesses.witness import Witness
     from dineros.metamodel import pn
     from dineros.metamodel.records import Header
     from dineros.transformations.flattening.traces import Trace

@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     from dineros.analysis.evidence.confirmation import Confirmation
     from dineros.analysis.model.subject import Subject
     from dineros.analysis.model.times import LeftOutTimes
-    from dineros.analysis.questions.engines import Question
-    from dineros.analysis.witnesses.findings import Witness
+    from dineros.analysis.questions.asked import Question
+    from dineros.analysis.witnesses.witness import Witness
     from dineros.metamodel import pn
 
 
@@ -244,7 +244,7 @@ class Asking:
 
 def run_shown(subject: Subject, verdict: Outcome) -> Witness | None:
     """Return the run that shows a verdict on a formula, replayed; None without one."""
-    from dineros.analysis.witnesses.findings import witness_of
+    from dineros.analysis.witnesses.witness import witness_of
 
     if not (verdict.stem or verdict.loop):
         return None

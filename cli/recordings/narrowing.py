@@ -37,7 +37,8 @@ def subject_of(path: Path, model: sym.SystemModel) -> Subject:
     from dineros.metamodel.elements import is_unseen, node_net_of, nodes
     from dineros.observation.differences.described import described
     from dineros.observation.importing.building import to_model
-    from dineros.observation.importing.given import Given, given_beside, read_given
+    from dineros.observation.importing.given import Given
+    from dineros.observation.importing.given_reading import given_beside, read_given
 
     found = described(model)
     system = replace(
@@ -88,7 +89,7 @@ def refuse_given(output: Path) -> None:
     DinerosError
         The file exists and may contain manual edits.
     """
-    from dineros.observation.importing.given import given_beside
+    from dineros.observation.importing.given_reading import given_beside
 
     beside = given_beside(output)
     if beside.exists():
@@ -103,7 +104,7 @@ def write(made: Narrowed, output: Path, evidence: Evidence) -> None:
     """Write a narrowed model, and next to it the facts now given for its system."""
     from dineros.metamodel.files import save
     from dineros.metamodel.files.atomic import write_atomically
-    from dineros.observation.importing.given import given_beside
+    from dineros.observation.importing.given_reading import given_beside
     from dineros.observation.narrowing.written import given_text
 
     shown = "".join(f"#   {proposal}\n" for proposal in (*made.accepted, *made.times))

@@ -190,8 +190,8 @@ def _write(
 ) -> None:
     """Write the merged run; it is a witness of the first invariant that does not hold, if there is one."""
     from dineros.analysis.model.subject import subject_of
-    from dineros.analysis.witnesses.findings import witness_of
     from dineros.analysis.witnesses.first_cause import blocked_cause
+    from dineros.analysis.witnesses.witness import witness_of
 
     subject = subject_of(system, "fully-enabled")
     witness = witness_of(subject, [subject.transition_index[name] for name in verdict.sequence])

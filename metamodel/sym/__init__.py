@@ -248,7 +248,7 @@ class Lifecycle(EObject, metaclass=MetaEClass):
     activateFails: bool = Ecore.EAttribute(eType=Ecore.EBoolean, default_value=False)
     """Activating may fail, which leaves it inactive."""
     pauses: bool = Ecore.EAttribute(eType=Ecore.EBoolean, default_value=False)
-    """What the node does of itself rests while it is inactive; by default only its publishers do."""
+    """The node's own timers stop while it is inactive; by default only its publishers do."""
     configureStep: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=0)
     """Step of the start order in which it is configured: after all that earlier steps do; 0: at any time."""
     activateStep: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=0)

@@ -1,4 +1,4 @@
-"""Handlers in flight in node nets of the execution `net`: how long they take, and whom they keep from firing.
+"""Handlers in flight in node nets of the execution `net`: how long they take, and what they keep from firing.
 
 While a handler works, the engine reserves the tokens that its transition takes, and room for those that it
 puts. The tokens stay where they are until it ends, and read and inhibitor arcs see them. So a transition that

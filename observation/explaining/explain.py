@@ -7,8 +7,8 @@ from collections.abc import Callable, Collection, Iterable
 from dataclasses import replace
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget
-from dineros.analysis.witnesses.findings import Witness
 from dineros.analysis.witnesses.first_cause import blocked_cause
+from dineros.analysis.witnesses.witness import Witness
 from dineros.metamodel import sym
 from dineros.metamodel.errors import BudgetError
 from dineros.observation.explaining.following import Follower

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from dineros.analysis.model.subject import Subject
-from dineros.analysis.witnesses.findings import Witness, witness_of
+from dineros.analysis.witnesses.witness import Witness, witness_of
 from dineros.observation.explaining.following import Follower, State
 from dineros.observation.explaining.marking_sets import MarkingSets, Vector
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
-from dineros.analysis.witnesses.findings import Witness
 from dineros.analysis.witnesses.first_cause import Cause
+from dineros.analysis.witnesses.witness import Witness
 from dineros.observation.explaining.silences import Silence
 
 

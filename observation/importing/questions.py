@@ -24,7 +24,7 @@ def to_be_given(imported: Imported, system: ObservedSystem, model: Path) -> str:
     lines = [
         f"# Facts about {model.name} that a graph or a recording does not show. Each line has the assumed "
         "value.",
-        "# is said. Take away the # of a line, and of its [table], say what is true, and import once more.",
+        "# Remove the # of a line and of its [table], write what is true, and import again.",
         "# The actions of a callback, in order, as ['call /pose', 'publish /map ?', 'publish /log *']:",
         "# once, once or not at all (?), any number of times (*). Without an entry, the order is unknown.",
     ]

@@ -61,7 +61,7 @@ class Said:
         text = self._text.decode(errors="replace")
         last = re.split(r"CAUSED BY \[[^\n]*\n|ERROR: +\[[^\n]*\n", text)[-1]
         said = " ".join(last.split()).replace(f"{folder}/", "").replace(str(folder), "it")
-        return said[:300].rstrip(".") or "it says nothing"
+        return said[:300].rstrip(".") or "it prints nothing"
 
 
 def lines(path: Path, said: Said, stalled: float = STALLED) -> Iterator[bytes]:
@@ -79,7 +79,7 @@ def lines(path: Path, said: Said, stalled: float = STALLED) -> Iterator[bytes]:
     Raises
     ------
     TracingError
-        There is no such file, the program is missing, fails or says nothing, or a line is too long.
+        There is no such file, the program is missing, fails or prints nothing, or a line is too long.
     """
     pieces = _printed(path, said, stalled) if path.is_dir() else _text(path)
     for number, line in enumerate(_split(pieces), 1):

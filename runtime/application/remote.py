@@ -207,6 +207,6 @@ def _outlook(said: Mapping[str, Any]) -> Outlook:
     """Return the outlook in a response; without one, the outlook was too large to send."""
     found = said.get("outlook")
     if not isinstance(found, dict):
-        return Outlook("silent", str(said.get("refused", "it says nothing")))
+        return Outlook("silent", str(said.get("refused", "it gives no reason")))
     values = found.get("values", {})
     return Outlook(found["state"], found.get("reason"), found.get("signals"), found.get("enabled"), values)

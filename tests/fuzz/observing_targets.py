@@ -11,7 +11,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from random import Random
 
-from dineros.observation.importing.given import given_beside
+from dineros.observation.importing.given_reading import given_beside
 from tests.fuzz import mutators, seeds
 from tests.fuzz.judging import REFUSED, Outcome, run_command
 from tests.support.programs.bags import STRING, service_event, write_bag

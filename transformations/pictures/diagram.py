@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
 from pyecore.ecore import EReference
@@ -17,12 +16,7 @@ from dineros.transformations.language.functions import Ancestor
 from dineros.transformations.language.patterns import Absent, Index, Made, Node
 from dineros.transformations.language.rule import Rule
 from dineros.transformations.pictures.describing import maker_of, value_text
-
-Status: TypeAlias = Literal["kept", "created", "deleted", "matched"]
-"""Status of an element: kept elements are on both sides; matched ones are in a for-all or `Absent`."""
-
-LineKind: TypeAlias = Literal["normal", "read", "inhibitor", "flow", "link"]
-"""Kinds of lines: three kinds of arcs, tokens passing ports, and links by a feature."""
+from dineros.transformations.pictures.shapes import Box, Line, LineKind, Shape, Status
 
 StatusOf: TypeAlias = "Callable[[Variable], Status]"
 
@@ -42,41 +36,6 @@ _DIRECTIONS: dict[type[EObject], dict[str, Literal["in", "out"]]] = {
     },
 }
 """Whether tokens enter or leave a port by a feature."""
-
-
-@dataclass
-class Shape:
-    """An element, or a value, at which a line ends."""
-
-    key: str
-    eclass: type[EObject]
-    name: str
-    status: Status
-    box: str | None = None
-    inside: str = ""
-    notes: list[str] = field(default_factory=list)
-
-
-@dataclass
-class Line:
-    """An arc, or a link from one element to another by a feature."""
-
-    source: str
-    target: str
-    kind: LineKind
-    status: Status
-    label: str = ""
-
-
-@dataclass
-class Box:
-    """A page, a group of elements, a for-all or a forbidden pattern."""
-
-    key: str
-    title: str
-    kind: Literal["page", "group", "for-all", "absent"]
-    status: Status
-    outer: str | None = None
 
 
 class Side:

@@ -22,7 +22,8 @@ from dineros.metamodel.constraints.wording import words_for
 from dineros.metamodel.errors import DinerosError, Location
 from dineros.metamodel.files.atomic import write_atomically
 from dineros.transformations.language.rule import Rule
-from dineros.transformations.pictures.diagram import Box, Line, Shape, Side
+from dineros.transformations.pictures.diagram import Side
+from dineros.transformations.pictures.shapes import Box, Line, Shape
 from dineros.transformations.rules.catalogue import name_of, summary_of
 
 FORMATS = (".svg", ".png", ".dot")

@@ -9,7 +9,7 @@ The effect of a record on a lane is a *mark*: a list of the lane's number, a let
 | signal | ``v`` value |
 | queue | ``p`` level (publish), ``k`` level (take), ``d`` level, count (drop), ``n`` level |
 | client | call, after ``q`` request, ``s`` serve, ``r`` reply, ``a`` answer, ``o`` late, ``g`` given up |
-| goals | as of a client, and ``c`` (asks to cancel), ``x`` (is to be), ``b`` (feedback), ``h`` (hears it) |
+| goals | as of a client, and ``c`` (asks to cancel), ``x`` (is to be), ``b`` (feedback), ``h`` (gets it) |
 | transition | ``f`` handlers (fires), ``e`` (fails), ``z`` (leaves tokens), ``u`` (takes them again) |
 | place | ``n`` tokens |
 """

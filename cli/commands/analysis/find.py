@@ -51,8 +51,8 @@ def find(enabled: str | None, marking: str | None, order: Order, quickest: bool,
     replayed. Exit status 0: found; 1: proved unreachable; 3: unknown.
     """
     start_quickly(options["model"])
-    from dineros.analysis.questions.engines import Enabled, Marking, Question
-    from dineros.analysis.witnesses.findings import witness_of
+    from dineros.analysis.questions.asked import Enabled, Marking, Question
+    from dineros.analysis.witnesses.witness import witness_of
 
     if (enabled is None) == (marking is None):
         raise click.UsageError("give either --enabled or --marking")

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from dineros.analysis.latencies.answers import End, Everything, Latencies, Latency
     from dineros.analysis.latencies.depths import Depth
-    from dineros.analysis.witnesses.findings import Witness
+    from dineros.analysis.witnesses.witness import Witness
     from dineros.metamodel import pn
 
 EXACT_SECONDS = 60.0
@@ -168,7 +168,7 @@ def _worst(
     """Return the longest time in words, and its run; None if it is unknown."""
     from dineros.analysis.latencies.answers import Latency
     from dineros.analysis.latencies.paths import callback_pages
-    from dineros.analysis.witnesses.findings import witness_of
+    from dineros.analysis.witnesses.witness import witness_of
 
     if asked is None:
         return None

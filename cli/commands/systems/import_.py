@@ -94,7 +94,8 @@ def import_(
     from dineros.observation.findings.mismatches import mismatches
     from dineros.observation.findings.types import unknown_types
     from dineros.observation.importing.building import to_model
-    from dineros.observation.importing.given import Given, given_beside, read_given
+    from dineros.observation.importing.given import Given
+    from dineros.observation.importing.given_reading import given_beside, read_given
     from dineros.observation.importing.questions import to_be_given
     from dineros.observation.systems import within
 

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from dineros.analysis.bounds.answers import Bounds
     from dineros.analysis.latencies.answers import Everything, Latency
     from dineros.analysis.latencies.depths import Depth
-    from dineros.analysis.witnesses.findings import Witness
+    from dineros.analysis.witnesses.witness import Witness
     from dineros.metamodel import sym
 
 OVERFLOWS = {True: ", can overflow", False: "", None: "; it is unknown whether it can overflow"}

@@ -18,7 +18,8 @@ from dineros.analysis.portfolio.scheduler import Turn
 from dineros.analysis.reductions import reduce
 from dineros.analysis.suggestions.capacities import suggest_capacities
 from dineros.analysis.symbolic.engine import symbolic_state_space
-from dineros.analysis.witnesses.findings import Report, Witness
+from dineros.analysis.witnesses.findings import Report
+from dineros.analysis.witnesses.witness import Witness
 from dineros.metamodel import sym
 from dineros.metamodel.elements import find
 from dineros.metamodel.settings import apply

@@ -40,7 +40,8 @@ from dineros.analysis.sweeps.parts import (
 )
 from dineros.analysis.sweeps.point import unanswered
 from dineros.analysis.sweeps.workers import PointProcesses
-from dineros.analysis.witnesses.findings import Report, witness_of
+from dineros.analysis.witnesses.findings import Report
+from dineros.analysis.witnesses.witness import witness_of
 from dineros.metamodel import pn
 from dineros.metamodel.files import save
 from dineros.metamodel.files.xmi import xmi_bytes

@@ -17,9 +17,9 @@ from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.witness import replay
 from dineros.analysis.portfolio.asking import find_firing
 from dineros.analysis.walks.causal_past import CausalPast, TokenNeed
-from dineros.analysis.witnesses.findings import Witness, witness_of
 from dineros.analysis.witnesses.first_cause import Cause, blocked_cause, first_cause
 from dineros.analysis.witnesses.records import witness_records
+from dineros.analysis.witnesses.witness import Witness, witness_of
 from dineros.metamodel import pn, sym
 from dineros.metamodel.records import Drop, Header, decode_record, encode_record
 from tests.analysis.strategies import nets

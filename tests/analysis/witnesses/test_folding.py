@@ -16,8 +16,8 @@ from dineros.analysis.nets.coverability import Pumping
 from dineros.analysis.nets.witness import replay
 from dineros.analysis.portfolio.asking import find_marking
 from dineros.analysis.questions.formulas import verify_linear
-from dineros.analysis.witnesses.findings import pumping_witness
 from dineros.analysis.witnesses.folding import folded, in_rounds
+from dineros.analysis.witnesses.witness import pumping_witness
 from dineros.metamodel import pn
 
 TEXT = st.text(alphabet="abc", max_size=60)

@@ -6,7 +6,7 @@ import pytest
 
 from dineros.analysis.model.subject import subject_of
 from dineros.analysis.portfolio.asking import find_marking
-from dineros.analysis.witnesses.findings import witness_of
+from dineros.analysis.witnesses.witness import witness_of
 from tests.transformations.flattening.test_guards import sends_in_order
 
 

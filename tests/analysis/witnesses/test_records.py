@@ -10,8 +10,8 @@ import pytest
 from dineros.analysis.model.step_roles import step_roles
 from dineros.analysis.model.subject import subject_of
 from dineros.analysis.portfolio.asking import find_firing
-from dineros.analysis.witnesses.findings import witness_of
 from dineros.analysis.witnesses.records import witness_records
+from dineros.analysis.witnesses.witness import witness_of
 from dineros.metamodel import sym
 from dineros.metamodel.files import load
 from dineros.metamodel.records import (

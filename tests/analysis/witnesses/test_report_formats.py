@@ -14,8 +14,9 @@ from lxml import etree
 from dineros.analysis.checks.check import FAULTS
 from dineros.analysis.model.times import UsedTimes
 from dineros.analysis.witnesses import report_formats
-from dineros.analysis.witnesses.findings import Finding, Report, Step, Unknown, Witness
+from dineros.analysis.witnesses.findings import Finding, Report, Unknown
 from dineros.analysis.witnesses.report_formats import to_junit
+from dineros.analysis.witnesses.witness import Step, Witness
 from dineros.metamodel import pn
 from dineros.metamodel.files import load, save
 from tests.support.systems.talker import talker

@@ -8,7 +8,7 @@ from dineros.analysis.model.subject import Subject
 from dineros.analysis.nets.compiled import CompiledNet, Transition
 from dineros.analysis.nets.coverability import Pumping
 from dineros.analysis.nets.witness import replay
-from dineros.analysis.witnesses.findings import pumping_witness
+from dineros.analysis.witnesses.witness import pumping_witness
 from dineros.metamodel import pn
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from lxml import etree
 
-from dineros.observation.importing.given import given_beside, read_given
+from dineros.observation.importing.given_reading import given_beside, read_given
 from tests.cli.conftest import Run
 from tests.support.programs.bags import write_bag
 

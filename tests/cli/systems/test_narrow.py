@@ -10,7 +10,7 @@ import pytest
 
 from dineros.metamodel.files import save
 from dineros.metamodel.records import write_records
-from dineros.observation.importing.given import given_beside, read_given
+from dineros.observation.importing.given_reading import given_beside, read_given
 from tests.cli.conftest import Run
 from tests.observation.measuring.camera import KnownRun, camera
 from tests.support.programs.bags import service_event, write_bag

@@ -10,7 +10,7 @@ import pytest
 
 from dineros.metamodel import sym
 from dineros.metamodel.files import load
-from dineros.observation.importing.given import given_beside, read_given
+from dineros.observation.importing.given_reading import given_beside, read_given
 from tests.cli.conftest import Run
 from tests.support.programs.bags import write_bag
 from tests.support.traces import MILLISECOND, Trace, program

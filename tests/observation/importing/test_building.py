@@ -23,7 +23,8 @@ from dineros.metamodel.matching import Quality
 from dineros.observation.differences.comparing import differences
 from dineros.observation.differences.described import described
 from dineros.observation.importing.building import to_model
-from dineros.observation.importing.given import Given, read_given
+from dineros.observation.importing.given import Given
+from dineros.observation.importing.given_reading import read_given
 from dineros.observation.systems import (
     USUAL,
     Endpoint,

@@ -12,7 +12,8 @@ from dineros.metamodel.constraints import validate
 from dineros.metamodel.elements import node_nets
 from dineros.metamodel.errors import DinerosError
 from dineros.observation.importing.building import to_model
-from dineros.observation.importing.given import Given, read_given
+from dineros.observation.importing.given import Given
+from dineros.observation.importing.given_reading import read_given
 from dineros.observation.systems import Endpoint, ObservedNode, ObservedSystem
 from tests.support.systems.foreign import port, trigger
 

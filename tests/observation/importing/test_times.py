@@ -19,7 +19,8 @@ from dineros.metamodel.times.given import period_of
 from dineros.metamodel.times.rates import on_the_way
 from dineros.observation.importing.building import Imported, to_model
 from dineros.observation.importing.coded import coded
-from dineros.observation.importing.given import Given, read_given
+from dineros.observation.importing.given import Given
+from dineros.observation.importing.given_reading import read_given
 from dineros.observation.importing.timing import order_of
 from dineros.observation.systems import ObservedNode, ObservedSystem
 from dineros.sources.facts import NodeFact

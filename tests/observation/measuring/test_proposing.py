@@ -15,7 +15,8 @@ from hypothesis import strategies as st
 from dineros.metamodel import pn, sym
 from dineros.metamodel.elements import pages
 from dineros.metamodel.files import load, save
-from dineros.observation.importing.given import Given, GivenCallback, GivenNode, read_given
+from dineros.observation.importing.given import Given, GivenCallback, GivenNode
+from dineros.observation.importing.given_reading import read_given
 from dineros.observation.measuring.journals import JournalTimes
 from dineros.observation.measuring.proposing import TimeProposal, give_times, time_proposals
 from dineros.observation.measuring.samples import Samples, Summary

@@ -19,8 +19,8 @@ from dineros.observation.importing.given import (
     GivenService,
     GivenTopic,
     Span,
-    read_given,
 )
+from dineros.observation.importing.given_reading import read_given
 from dineros.observation.narrowing.written import given_text
 
 NAMES = st.text(st.characters(exclude_categories=["Cs"]), max_size=8)

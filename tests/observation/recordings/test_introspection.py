@@ -15,7 +15,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from dineros.cli.main import main
-from dineros.observation.importing.given import read_given
+from dineros.observation.importing.given_reading import read_given
 from dineros.observation.recordings import Observed, Recording, RecordingError
 from dineros.runtime.ros.process.domains import claimed_domain
 from dineros.runtime.ros.process.environment import ros_environment

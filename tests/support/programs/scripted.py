@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from dineros.analysis.model.subject import Subject, base_subject
-from dineros.analysis.witnesses.findings import witness_of
 from dineros.analysis.witnesses.records import witness_records
+from dineros.analysis.witnesses.witness import witness_of
 from dineros.generators import Options, generate
 from dineros.metamodel import sym
 from dineros.metamodel.records import write_records

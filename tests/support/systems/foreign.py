@@ -18,7 +18,8 @@ from dineros.analysis.nets.witness import replay
 from dineros.metamodel import sym
 from dineros.metamodel.constraints import validate
 from dineros.metamodel.matching import Quality
-from dineros.observation.importing.given import Given, GivenCallback, read_given
+from dineros.observation.importing.given import Given, GivenCallback
+from dineros.observation.importing.given_reading import read_given
 from dineros.observation.recordings import Recording, RecordingError
 from dineros.observation.systems import USUAL, Endpoint, ObservedNode, ObservedSystem, TopicEndpoint
 

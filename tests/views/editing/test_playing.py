@@ -15,8 +15,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dineros.analysis.model.subject import subject_of
-from dineros.analysis.witnesses.findings import witness_of
 from dineros.analysis.witnesses.records import witness_records
+from dineros.analysis.witnesses.witness import witness_of
 from dineros.metamodel import pn
 from dineros.metamodel.editing import Document
 from dineros.metamodel.editing.commands import Set

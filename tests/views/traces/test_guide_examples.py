@@ -10,8 +10,8 @@ from types import ModuleType
 import pytest
 
 from dineros.analysis.model.subject import subject_of
-from dineros.analysis.witnesses.findings import witness_of
 from dineros.analysis.witnesses.first_cause import first_cause
+from dineros.analysis.witnesses.witness import witness_of
 from dineros.cli.presentation.traces import loads_of
 from dineros.metamodel import sym
 from dineros.metamodel.files import load

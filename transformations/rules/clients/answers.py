@@ -29,7 +29,7 @@ class HearsAnswers(Query):
     """Whether the answer to a goal affects its client, apart from asking for the result."""
 
     datatype = TRUTH
-    _words = "{} hears whether goals are accepted"
+    _words = "{} gets the answers whether goals are accepted"
 
     @staticmethod
     def _answer(client: sym.ActionClientPort) -> bool:
@@ -38,7 +38,7 @@ class HearsAnswers(Query):
 
 
 class G3(StandardRule, phase=Phase.outcomes, middleware="ros2"):
-    """History of the answers to its goals, where it hears whether they are accepted."""
+    """History of the answers to its goals, which say whether they are accepted."""
 
     action = Node(sym.ActionChannel)
     client = Node(sym.ActionClientPort, channel=action, outstanding=UNLIMITED)

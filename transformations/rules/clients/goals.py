@@ -262,7 +262,7 @@ class G2Instead(StandardRule, phase=Phase.goals, middleware="ros2"):
 
 
 class G4(StandardRule, phase=Phase.forgetting, middleware="ros2"):
-    """It is always ready: nothing that it hears makes it so."""
+    """It is always ready, regardless of what it receives."""
 
     client = Node(sym.ActionClientPort, outstanding=UNLIMITED)
     ready = Made(A1.ready, of=client)

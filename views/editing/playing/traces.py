@@ -9,9 +9,9 @@ from typing import Any
 from dineros.analysis.conformance.conform import conform
 from dineros.analysis.conformance.net import ConformanceNet
 from dineros.analysis.model.subject import Subject, subject_for
-from dineros.analysis.witnesses.findings import witness_of
 from dineros.analysis.witnesses.first_cause import Cause
 from dineros.analysis.witnesses.records import witness_records
+from dineros.analysis.witnesses.witness import witness_of
 from dineros.metamodel import pn, sym
 from dineros.metamodel.editing import CommandError
 from dineros.metamodel.records import Header, Record, RecordDecoder, encode_record

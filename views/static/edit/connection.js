@@ -24,7 +24,7 @@ export class Connection {
   ).join("");
 
   /**
-   * @param {(message: Message) => void} hear what is called with every message but answers
+   * @param {(message: Message) => void} hear called with every message that is not an answer
    * @param {(name: "live" | "lost" | "refused") => void} tell what is called when the state of the stream changes
    */
   constructor(hear, tell) {

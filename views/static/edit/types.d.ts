@@ -209,7 +209,7 @@ export interface CanvasElement extends Point {
   business: Drawn;
 }
 
-/** What is said of messages at the end of a topic. */
+/** Descriptions of messages at the end of a topic. */
 export interface Port {
   limit: number;
   isBestEffort: boolean;

@@ -1,4 +1,4 @@
-// What is known of nets here. `dineros.views.nets.model` says what it means; what says nothing is left out there.
+// Types of nets. `dineros.views.nets.model` explains the fields; it omits empty ones.
 
 export type Point = [x: number, y: number];
 /** The position of an element, without its name. */

@@ -1,4 +1,4 @@
-// What is said of elements of nets.
+// Descriptions of elements of nets.
 
 import { counted } from "../counting.js";
 

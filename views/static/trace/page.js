@@ -110,7 +110,7 @@ export class App {
     byId("head", HTMLElement).replaceChildren(...lines);
   }
 
-  /** What is said of a trace in its head. @type {(number: number) => string} */
+  /** The text of a trace's header. @type {(number: number) => string} */
   facts(number) {
     const data = this.traces[number];
     const { kind, model, variant } = this.views[number];

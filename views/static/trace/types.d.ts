@@ -130,7 +130,7 @@ export interface Call {
   instance?: number;
   /** Calls that overlap have different levels, from 0. */
   level: number;
-  /** When the client asked to cancel the goal, and when the server heard of it. */
+  /** When the client asked to cancel the goal, and when the server received the request. */
   cancels: number[];
   canceling?: number;
   /** When the server gave feedback. */

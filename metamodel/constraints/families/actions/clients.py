@@ -34,7 +34,7 @@ def goal_client_in_one_node_net(port: sym.ActionClientPort, index: Index) -> Out
 
 @constraint("{it} has {found} for several purposes", fix="use a place for each purpose")
 def goal_client_places_differ(port: sym.ActionClientPort, index: Index) -> Outcome:
-    """What an action's client sends, hears as feedback, and gets as answers are different places."""
+    """An action's client has different places for goals, feedback and results."""
     return _used_twice(port, port.goal)
 
 

@@ -1,4 +1,4 @@
-// What is said of all that is drawn: a role and a name for those who do not see it, and marks for those who do.
+// Descriptions of drawn elements: a role and a name for screen readers, and visible marks.
 
 import { counted } from "../../counting.js";
 import { inShort } from "./drawing.js";

@@ -1,4 +1,4 @@
-// The field of a clause: names of signals are completed, and what is wrong is said where it stands.
+// The field of a clause: it completes names of signals, and shows errors where they are.
 
 import { make } from "../../elements.js";
 import { completing } from "./complete.js";

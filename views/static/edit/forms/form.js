@@ -134,7 +134,7 @@ function rowsFor(model, element, feature, asked) {
 }
 
 /**
- * A row with a field; what is refused is said next to it, and stays there to be fixed.
+ * A row with a field; a refused value stays in the field, with the error next to it.
  *
  * @param {Feature} feature
  * @param {HTMLInputElement | HTMLSelectElement | HTMLTextAreaElement} field

@@ -1,4 +1,4 @@
-// What is said of causes: where the outcome of a witness may have begun, and what decides it.
+// Descriptions of causes: where the outcome of a witness may have begun, and what decides it.
 
 import { make } from "../../elements.js";
 import { lastAtMost } from "../data.js";
