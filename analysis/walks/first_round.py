@@ -27,10 +27,12 @@ from dineros.analysis.walks.arrays import Int64Array
 from dineros.analysis.walks.firing_counts import firings
 from dineros.analysis.walks.scouting import Scout, short_pumping
 
-WORK, SHARE = 12_000_000, 0.1
-"""Of random walks, and of walks aimed at something: firings, and part of the time left.
+WORK, SHARE = (1_500_000, 4_000_000, 12_000_000), 0.1
+"""Of random walks, and of walks aimed at something: firings by turn, and part of the time left for each.
 
-Firings count, not seconds, so that the same walks are made, and the same runs found, on any machine.
+Firings count, not seconds, so that the same walks are made on any machine. A turn whose firings would take
+more than its part of the time left is not begun, except for the first one. What an earlier turn has found
+stays as it is. So more time finds more, and shows the same run for what less time finds.
 """
 
 FIRINGS_PER_SECOND = 5_000_000
@@ -96,15 +98,16 @@ def first_round(
         Places of which it is asked whether they grow without bound.
     """
     work = _Round(net, budget.begun(), list(transitions), asks_deadlock)
-    budget.stage("random walks")
-    work.walk()
-    budget.stage("walks along solutions of the state equation")
-    work.aim()
-    work.pump(growing)
-    found = work.found
-    found.ways = {t: work.scout.ways[t] for t in work.wanted if t in work.scout.ways}
-    found.deadlock = work.scout.deadlock if asks_deadlock else None
-    return found
+    for turn, firings_of_turn in enumerate(WORK):
+        if not work.has_time_for(turn):
+            break
+        budget.stage("random walks")
+        work.walk(turn, firings_of_turn)
+        budget.stage("walks along solutions of the state equation")
+        work.aim(turn, firings_of_turn)
+        work.settle()
+        work.pump(turn, firings_of_turn, growing)
+    return work.found
 
 
 class _Round:
@@ -113,42 +116,65 @@ class _Round:
         self.asks_deadlock = asks_deadlock
         self.scout = Scout(net)
         self.found = FirstRound()
+        self._walks_find = True
+        self._counts: dict[int, Int64Array | None] = {}
+        self._growing: dict[int, list[Int64Array]] = {}
         self._program_work = PROGRAM_WORK * sum(map(len, net.delta))
 
     @property
     def _left(self) -> list[int]:
         return [t for t in self.wanted if t not in self.scout.ways]
 
-    def _limit(self) -> _Limit:
-        left = self.budget.left
-        most = WORK if left is None else min(WORK, int(SHARE * left * FIRINGS_PER_SECOND))
-        return _Limit(self.scout, most, self.budget)
+    @property
+    def _is_done(self) -> bool:
+        return not self._left and (not self.asks_deadlock or self.scout.deadlock is not None)
 
-    def walk(self) -> None:
+    def has_time_for(self, turn: int) -> bool:
+        """Whether a turn can be begun."""
+        left = self.budget.left
+        return turn == 0 or left is None or WORK[turn] <= SHARE * left * FIRINGS_PER_SECOND
+
+    def settle(self) -> None:
+        """Keep what has been met, as it is."""
+        for t in self.wanted:
+            if t in self.scout.ways:
+                self.found.ways.setdefault(t, self.scout.ways[t])
+        if self.asks_deadlock and self.found.deadlock is None:
+            self.found.deadlock = self.scout.deadlock
+
+    def walk(self, turn: int, most: int) -> None:
         """Walk at random, as long as that finds something."""
-        limit, last = self._limit(), 0
-        while self._left or (self.asks_deadlock and self.scout.deadlock is None):
-            if limit.is_over or limit.spent > max(LEAST_WORK, PATIENCE * last):
-                return
+        if not self._walks_find:
+            return
+        self.scout.begin(turn)
+        limit, last = _Limit(self.scout, most, self.budget), 0
+        while not self._is_done and not limit.is_over:
+            if limit.spent > max(LEAST_WORK, PATIENCE * last):
+                break
             if self.scout.walk():
                 last = limit.spent
+        self._walks_find = PATIENCE * last >= limit.spent
 
-    def aim(self) -> None:
+    def aim(self, turn: int, most: int) -> None:
         """Walk to each remaining transition, guided by the state equation."""
-        limit, left = self._limit(), self._left
+        limit, left = _Limit(self.scout, most, self.budget), self._left
         for number, t in enumerate(left):
             if limit.is_over:
                 return
             if t in self.scout.ways:
                 continue
             self.scout.work += self._program_work
-            counts = firings(self.net, [({p: 1}, weight) for p, weight in self.net.pre.row(t)])
+            if t not in self._counts:
+                rows = [({p: 1}, weight) for p, weight in self.net.pre.row(t)]
+                self._counts[t] = firings(self.net, rows)
+            counts = self._counts[t]
             if counts is not None:
+                self.scout.begin(turn, t)
                 self._try(counts, limit.part(len(left) - number), partial(self.scout.ways.__contains__, t))
 
-    def pump(self, growing: Collection[int]) -> None:
+    def pump(self, turn: int, most: int, growing: Collection[int]) -> None:
         """Walk so that places grow."""
-        limit = self._limit()
+        limit = _Limit(self.scout, most, self.budget)
         nothing = self.net.with_initial(dict.fromkeys(self.net.places, 0))
         for number, place in enumerate(growing):
             if limit.is_over:
@@ -156,9 +182,11 @@ class _Round:
             if any(place in known.places for known in self.found.pumpings):
                 continue
             self.scout.work += 2 * self._program_work
-            loops = self._loops(nothing, place)
+            if place not in self._growing:
+                self._growing[place] = self._loops(nothing, place)
+            loops = self._growing[place]
             for tried, counts in enumerate(loops):
-                self.scout.taken()
+                self.scout.begin(turn, place, tried)
                 own = limit.part((len(growing) - number) * (len(loops) - tried))
                 self._try(counts, own, lambda: self.scout.pumping is not None, [place])
                 found = self.scout.taken()

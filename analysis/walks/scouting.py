@@ -68,6 +68,12 @@ class Scout:
         self._length = SHORTEST_WALK
         self._known = np.full(len(net.transitions), np.iinfo(np.int64).max)
 
+    def begin(self, *seeds: int) -> None:
+        """Begin a row of walks that does not depend on the walks before it, and forget the loop they met."""
+        self._random = np.random.default_rng([1, len(seeds), *seeds])
+        self._length = SHORTEST_WALK
+        self.pumping = None
+
     def walk(
         self,
         counts: Int64Array | None = None,

@@ -10,6 +10,7 @@ import operator
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import product as tuples_of
+from math import prod
 
 from dineros.metamodel.colours.sorts import Product, Sort
 
@@ -152,6 +153,10 @@ OPERATORS: dict[str, Callable[[int, int], bool]] = {
 }
 
 
+class TooLargeError(ValueError):
+    """A multiset, or the plain net, is larger than allowed."""
+
+
 class NegativeCountError(ValueError):
     """A difference takes more tokens than there are in the first multiset."""
 
@@ -191,26 +196,40 @@ def value_of(term: Value) -> Callable[[Binding], int]:
             return lambda binding: sort.join([part(binding) for part in parts])
 
 
-def multiset_of(term: Multiset) -> Callable[[Binding], dict[int, int]]:
+def multiset_of(term: Multiset, most: int) -> Callable[[Binding], dict[int, int]]:
     """Return a function that evaluates a multiset to the number of tokens by colour.
 
     The function raises `NegativeCountError` if a difference takes more tokens than there are.
+
+    Parameters
+    ----------
+    term : Multiset
+        The multiset.
+    most : int
+        The colours of `all`, or of the tuples of some multisets, at most.
+
+    Raises
+    ------
+    TooLargeError
+        `all` stands for more colours; the function raises it for tuples.
     """
     match term:
         case All(sort):
+            if sort.size > most:
+                raise TooLargeError
             return lambda binding: dict.fromkeys(range(sort.size), 1)
         case Times(number, inner):
-            of = multiset_of(inner)
+            of = multiset_of(inner, most)
             return lambda binding: {value: number * count for value, count in of(binding).items() if number}
         case Sum(parts):
-            addends = [multiset_of(part) for part in parts]
+            addends = [multiset_of(part, most) for part in parts]
             return lambda binding: _added([addend(binding) for addend in addends])
         case Difference(first, second):
-            whole, less = multiset_of(first), multiset_of(second)
+            whole, less = multiset_of(first, most), multiset_of(second, most)
             return lambda binding: _without(whole(binding), less(binding))
         case Tuples(parts, product):
-            factors = [multiset_of(part) for part in parts]
-            return lambda binding: _paired([factor(binding) for factor in factors], product)
+            factors = [multiset_of(part, most) for part in parts]
+            return lambda binding: _paired([factor(binding) for factor in factors], product, most)
         case _:
             one = value_of(term)
             return lambda binding: {one(binding): 1}
@@ -269,7 +288,9 @@ def _without(whole: dict[int, int], less: dict[int, int]) -> dict[int, int]:
     return {value: count for value, count in left.items() if count}
 
 
-def _paired(multisets: list[dict[int, int]], sort: Product) -> dict[int, int]:
+def _paired(multisets: list[dict[int, int]], sort: Product, most: int) -> dict[int, int]:
+    if prod(map(len, multisets)) > most:
+        raise TooLargeError
     made: dict[int, int] = {}
     for combination in tuples_of(*(multiset.items() for multiset in multisets)):
         number = 1

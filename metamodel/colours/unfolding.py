@@ -20,12 +20,16 @@ from dineros.metamodel.colours.terms import (
     Multiset,
     NegativeCountError,
     Shift,
+    TooLargeError,
     Tuple,
     Variable,
     multiset_of,
     summands_of,
     variables_of,
 )
+
+ARCS = 50
+"""Arcs of the plain net for each place and transition that it may have, at most."""
 
 
 @dataclass(frozen=True)
@@ -92,10 +96,6 @@ class Firing:
     puts: Mapping[tuple[int, int], int]
 
 
-class TooLargeError(ValueError):
-    """The plain net has more places and transitions than are allowed."""
-
-
 class Unfolding:
     """Unfolds a coloured net.
 
@@ -116,7 +116,7 @@ class Unfolding:
     Raises
     ------
     TooLargeError
-        The plain net has more than `most` places and transitions.
+        The plain net has more than `most` places and transitions, or `ARCS` times as many arcs.
     NegativeCountError
         An arc takes away more tokens than there are.
     """
@@ -130,9 +130,10 @@ class Unfolding:
         ]
         self._new: deque[tuple[int, int]] = deque()
         self._made: list[set[tuple[int, ...]]] = [set() for _ in transitions]
-        self._effects = [_Effect(transition) for transition in transitions]
+        self._effects = [_Effect(transition, most) for transition in transitions]
         self._waiting: list[list[tuple[int, Plan]]] = [[] for _ in places]
         """By place: the transitions with a plan that starts with one of its tokens."""
+        self._arcs = 0
         self._run()
 
     def _run(self) -> None:
@@ -167,6 +168,7 @@ class Unfolding:
             takes, puts = effect.takes(binding), effect.puts(binding)
             ordered = dict(zip(effect.names, key, strict=True))
             self.firings.append(Firing(number, ordered, takes, puts))
+            self._arcs += len(takes) + len(puts)
             self._occur(iter(takes))
             self._occur(iter(puts))
             self._check_size()
@@ -178,17 +180,17 @@ class Unfolding:
                 self._new.append((place, value))
 
     def _check_size(self) -> None:
-        if len(self.firings) > self._most:
+        if len(self.firings) > self._most or self._arcs > ARCS * self._most:
             raise TooLargeError
 
 
 class _Effect:
     """Tokens that a transition takes and puts under a binding."""
 
-    def __init__(self, transition: ColouredTransition) -> None:
+    def __init__(self, transition: ColouredTransition, most: int) -> None:
         self.names = tuple(transition.variables())
         self._takes, self._puts = (
-            [(place, multiset_of(term)) for place, term in arcs]
+            [(place, multiset_of(term, most)) for place, term in arcs]
             for arcs in (transition.takes, transition.puts)
         )
 

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import dineros.analysis.walks.first_round as walks
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.covering.firings import firings
 from dineros.analysis.nets.bounds import place_bounds
@@ -69,6 +70,32 @@ def test_a_busy_machine_gives_the_same_runs(monkeypatch: pytest.MonkeyPatch) -> 
 
     monkeypatch.setattr(Scout, "walk", slow_walk)
     assert first_round(net, Budget(), asked, asks_deadlock=True) == quiet
+
+
+def test_more_time_gives_the_same_runs_and_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What little time finds is shown by the same run with more time, and without a limit."""
+    # Each "never" needs both of two places that share a token with others: only the state equation allows it.
+    tokens = {"rest": 1, "work": 0, "done": 0, "left": 1, "right": 1, "flag": 0}
+    rows = [
+        move("begin", "rest", "work"),
+        Transition("end", {"work": 1}, {"rest": 1, "done": 1}, {"done": 60}),
+        Transition("home", {"done": 30}, {}),
+        *[Transition(f"go{k}", {f"a{k}": 1}, {f"b{k}": 1}) for k in range(30)],
+        *[Transition(f"back{k}", {f"b{k}": 1}, {f"a{k}": 1}) for k in range(30)],
+        *[Transition(f"never{k}", {f"b{k}": 1, "flag": 1}, {"flag": 1}, {"left": 1}) for k in range(20)],
+        Transition("mark", {"left": 2}, {"flag": 1, "left": 2}),
+        Transition("swap", {"left": 1, "right": 1}, {"left": 1, "right": 1}, reads={"done": 61}),
+    ]
+    for k in range(30):
+        tokens |= {f"a{k}": 1, f"b{k}": 0}
+    net = CompiledNet.build(tokens, rows)
+    asked = range(len(net.transitions))
+    # So few firings leave time for one turn in an hour, which no busy machine makes too short.
+    monkeypatch.setattr(walks, "FIRINGS_PER_SECOND", 1_000)
+    little, more = (first_round(net, limits, asked) for limits in (Budget(seconds=3_600), Budget()))
+    home = net.transitions.index("home")
+    assert home in little.ways
+    assert little.ways == {t: way for t, way in more.ways.items() if t in little.ways}
 
 
 def test_a_place_that_grows_only_by_a_long_loop_is_met() -> None:

@@ -197,7 +197,7 @@ class Declarations:
         if divided is None or not groups:
             raise self._source.error("a partition needs a sort and its elements", xml, id=id)
         holder = {value: number for number, (_, _, values, _) in enumerate(groups) for value in values}
-        if sorted(value for _, _, values, _ in groups for value in values) != list(range(divided.size)):
+        if not len(holder) == sum(len(values) for _, _, values, _ in groups) == divided.size:
             what = f"the partition {id!r} does not have each value of {divided.name} exactly once"
             raise self._source.error(what, xml, id=id)
         sort = Enumeration(id, tuple(label for _, label, _, _ in groups))

@@ -70,10 +70,10 @@ def read_symmetric(net: etree._Element, source: Source) -> pn.Net:
     ModelFileError
         Something is wrong or not supported, or the plain net is too large.
     """
-    coloured = _SymmetricReader(net, source).read()
     limit = most("elements")
     hint = f"raise the limit with --limit elements=NUMBER (now {limit})"
     try:
+        coloured = _SymmetricReader(net, source).read()
         unfolding = Unfolding(coloured.places, coloured.transitions, limit)
     except TooLargeError:
         raise source.error("the unfolded net is too large", net, hint=hint) from None
@@ -180,7 +180,7 @@ class _SymmetricReader:
             what = f"the initial marking has the variable {variable.name!r}"
             raise self._source.error(what, xml, id=id)
         try:
-            return ColouredPlace(id, sort, multiset_of(term)({}))
+            return ColouredPlace(id, sort, multiset_of(term, most("elements"))({}))
         except NegativeCountError:
             what = "the initial marking takes away more tokens than there are"
             raise self._source.error(what, xml, id=id) from None

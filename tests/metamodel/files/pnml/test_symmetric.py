@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tracemalloc
 from collections import deque
 from pathlib import Path
 
@@ -177,3 +178,60 @@ def test_a_net_that_would_be_too_large_is_refused(tmp_path: Path, monkeypatch: p
     monkeypatch.setenv("DINEROS_LIMITS", "elements=4")
     with pytest.raises(ModelFileError, match=r"the unfolded net is too large .*--limit elements=NUMBER"):
         read(tmp_path, NET)
+
+
+HUGE = 2**31 - 1
+NUMBERS = f'<namedsort id="N" name="N"><finiteintrange start="1" end="{HUGE}"/></namedsort>'
+ONE = f'<finiteintrangeconstant value="1"><finiteintrange start="1" end="{HUGE}"/></finiteintrangeconstant>'
+PAIRS = (
+    '<namedsort id="P" name="P"><productsort>'
+    + 2 * '<usersort declaration="S"/>'
+    + "</productsort></namedsort>"
+)
+SMALL = '<namedsort id="S" name="S"><finiteintrange start="1" end="1000"/></namedsort>'
+ALL = '<all><usersort declaration="{}"/></all>'
+EACH = '<subterm><all><usersort declaration="S"/></all></subterm>'
+
+
+def _huge(declarations: str, sort: str, marking: str, taken: str) -> str:
+    return f"""<pnml xmlns="http://www.pnml.org/version-2009/grammar/pnml"><net id="n"
+    type="http://www.pnml.org/version-2009/grammar/symmetricnet"><declaration><structure><declarations>
+    {declarations}</declarations></structure></declaration><page id="g">
+    <place id="p"><type><structure><usersort declaration="{sort}"/></structure></type>
+    <hlinitialMarking><structure>{marking}</structure></hlinitialMarking></place><transition id="t"/>
+    <arc id="a" source="p" target="t"><hlinscription><structure>{taken}</structure></hlinscription></arc>
+    </page></net></pnml>"""
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (_huge(NUMBERS, "N", ALL.format("N"), ONE), "the unfolded net is too large"),
+        (_huge(NUMBERS, "N", ONE, ALL.format("N")), "the unfolded net is too large"),
+        (
+            _huge(SMALL + PAIRS, "P", f"<tuple>{2 * EACH}</tuple>", ALL.format("P")),
+            "the unfolded net is too large",
+        ),
+        (
+            _huge(
+                f'{NUMBERS}<partition id="G" name="G"><usersort declaration="N"/>'
+                f'<partitionelement id="g" name="g">{ONE}</partitionelement></partition>',
+                "N",
+                ONE,
+                ONE,
+            ),
+            "the partition 'G' does not have each value of N exactly once",
+        ),
+    ],
+    ids=["all in a marking", "all on an arc", "pairs", "partition"],
+)
+def test_a_sort_of_two_thousand_million_values_takes_no_memory(
+    tmp_path: Path, text: str, message: str
+) -> None:
+    tracemalloc.start()
+    try:
+        with pytest.raises(ModelFileError, match=message):
+            read(tmp_path, text)
+        assert tracemalloc.get_traced_memory()[1] < 100 << 20  # reading a file takes 64 MiB
+    finally:
+        tracemalloc.stop()
