@@ -17,7 +17,7 @@ from dineros.metamodel.files.exact import fraction_of
 from dineros.metamodel.files.pnml.layout import is_inhibitor_mark
 from dineros.metamodel.files.pnml.plain.known import HARMLESS_NAMESPACES, TEXTS
 from dineros.metamodel.files.pnml.source import Source, children, local, shortened
-from dineros.metamodel.files.pnml.vocabulary import tag
+from dineros.metamodel.files.pnml.vocabulary import DINEROS, OWN, tag
 from dineros.metamodel.files.xml import line_of
 
 _TYPES = {
@@ -35,6 +35,8 @@ _REFUSED_TYPES = {
     "stopwatch": "stopwatch arcs stop a clock, which arcs cannot express here",
     "stopwatch-inhibitor": "stopwatch arcs stop a clock, which arcs cannot express here",
 }
+_SPECIAL = frozenset({"inhibitor", *_REFUSED_TYPES})
+"""Kinds of arcs that a block of another tool may name."""
 _UNTIMED = re.compile(r"\[0,\s*inf\)(:\d+)?")
 """An interval of ages that restricts nothing, with the number of a transport arc."""
 _UNBOUNDED = frozenset({"0", "-1", "inf", "infinity", "∞", "w", "omega"})
@@ -219,10 +221,27 @@ def kind_of(arc: etree._Element, source: Source) -> str:
             source.note(f"attribute type={attribute.strip()!r} taken as {with_article(kind)} arc")
         said.append((kind, arc))
     lines = {kind: line_of(where) for kind, where in reversed(said)}
+    for block in arc.iterchildren(tag=tag("toolspecific")):
+        kind = _kind_in_block(block)
+        if kind is not None and _TYPES.get(kind) not in lines:
+            read, tool = next(iter(lines), "normal"), block.get("tool")
+            source.note(f"arcs that blocks of {tool!r} call {kind} taken as {read}: blocks are not read")
     if len(lines) > 1:
         what = " and ".join(f"{kind} on line {lines[kind]}" for kind in sorted(lines))
         raise source.error(f"arc {_named(arc)} is {what}", arc, id=arc.get("id"))
     return next(iter(lines), "normal")
+
+
+def _kind_in_block(block: etree._Element) -> str | None:
+    """Return the special kind of arc that a block of another tool names in an attribute or a text."""
+    if block.get("tool") in (DINEROS, OWN) or is_inhibitor_mark(block):
+        return None
+    for xml in block.iter("{*}*"):
+        for said in (xml.text or "", *map(str, xml.attrib.values())):
+            word = said.strip().lower()
+            if word in _SPECIAL:
+                return word
+    return None
 
 
 def _type(said: str, where: etree._Element, arc: etree._Element, source: Source) -> str:

@@ -440,3 +440,30 @@ def test_other_readers_see_read_arcs_as_a_pair_of_normal_ones(tmp_path: Path) ->
     assert text.count("<text>2</text>") == 2
     assert "<type" not in text
     assert str(the_arc(again(tmp_path, net)).kind) == "read"
+
+
+@pytest.mark.parametrize(
+    "inside", ['<arc kind="inhibitor"/>', "<kind> Inhibitor </kind>", '<x:arc xmlns:x="urn:x" is="reset"/>']
+)
+def test_a_block_of_another_tool_that_names_a_kind_of_arc_is_noted(tmp_path: Path, inside: str) -> None:
+    """Blocks are their tools' own; but a reader who means such an arc must learn that it is a normal one."""
+    block = f'<toolspecific tool="sketch" version="1">{inside}</toolspecific>'
+    net = read_net(tmp_path, page(inarc=block))
+    assert str(the_arc(net).kind) == "normal"
+    (remark,) = remarks_of(net)
+    assert remark.startswith("arcs that blocks of 'sketch' call ")
+    assert remark.endswith(" taken as normal: blocks are not read")
+
+
+def test_a_block_of_another_tool_that_repeats_the_type_passes(tmp_path: Path) -> None:
+    block = '<toolspecific tool="sketch" version="1"><arc kind="inhibitor"/></toolspecific>'
+    net = read_net(tmp_path, page(inarc=f'<type value="inhibitor"/>{block}'))
+    assert str(the_arc(net).kind) == "inhibitor"
+    assert not remarks_of(net)
+    assert not differences(net, again(tmp_path, net))
+
+
+def test_variables_pass_only_if_there_are_none(tmp_path: Path) -> None:
+    assert read_net(tmp_path, page() + "<variables/>")
+    with pytest.raises(ModelFileError, match="the net has data"):
+        read_net(tmp_path, page() + "<variables><variable/></variables>")
