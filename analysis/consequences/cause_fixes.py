@@ -138,7 +138,13 @@ def _against_unheard(model: sym.SystemModel, finding: Finding, budget: Budget) -
 
 
 def _against_waiting(model: sym.SystemModel, finding: Finding, budget: Budget) -> Fix | None:
-    """Search for the fewest changes after which the callbacks of a circle do not wait in one."""
+    """Search for the fewest changes after which the callbacks of a circle do not wait in one.
+
+    Raises
+    ------
+    BudgetExceededError
+        Time or memory ran out before a change was found.
+    """
     circle = _circle_of(finding)
     if circle is None:
         return None
@@ -147,14 +153,17 @@ def _against_waiting(model: sym.SystemModel, finding: Finding, budget: Budget) -
     without_circle: Fix | None = None
     queue = _added(Changes(), circle, known, order)
     trying = budget.share(CHANGES_SHARE)
-    while queue and tried < MOST_MODELS and not trying.is_over:
+    ended: BudgetExceededError | None = None
+    while queue and tried < MOST_MODELS:
         (size, *_), _, changes = heapq.heappop(queue)
         if size > MOST_CHANGES:
             break
         tried += 1
         try:
+            trying.check_time()
             blocked = _blocked(changes.applied(model), pages, trying)
-        except BudgetExceededError:
+        except BudgetExceededError as error:
+            ended = error
             break
         if blocked is None:
             continue
@@ -167,7 +176,10 @@ def _against_waiting(model: sym.SystemModel, finding: Finding, budget: Budget) -
             continue
         for more in _added(changes, left, known, order):
             heapq.heappush(queue, more)
-    return _with_time_outs(model, circle, pages, budget) or without_circle
+    fix = _with_time_outs(model, circle, pages, budget) or without_circle
+    if fix is None and ended is not None:
+        raise ended
+    return fix
 
 
 def let_calls_end(model: sym.SystemModel, finding: Finding, budget: Budget) -> Fix | None:

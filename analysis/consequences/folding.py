@@ -235,12 +235,13 @@ class _Folding:
                 fix = fix_of(self._model, cause, searching)
                 if fix is None:
                     searching.check_time()
-                else:
-                    fixed.append((cause, fix))
-                    found[id(cause)] += self._gone([(cause, fix)], share)
             except BudgetExceededError:
-                if searching.is_over and not _is_in(cause, [each for each, _ in fixed]):
-                    out_of_time.append(cause)
+                out_of_time.append(cause)
+                fix = None
+            if fix is not None:
+                fixed.append((cause, fix))
+                with suppress(BudgetExceededError):
+                    found[id(cause)] += self._gone([(cause, fix)], share)
             if found[id(cause)]:
                 self._left = [each for each in self._left if each is not cause]
         return out_of_time

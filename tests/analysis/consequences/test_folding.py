@@ -262,6 +262,27 @@ def test_a_cause_gets_the_time_that_others_leave(monkeypatch: pytest.MonkeyPatch
     assert ("dead-transition", "Show") in found["ports-not-matched"]
 
 
+def test_a_cause_whose_changes_took_too_long_is_tried_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The search for changes has only a part of the time of its cause, which goes on."""
+    model = program("same_group")
+    expected = folded(model)
+    assert expected.findings[0].consequences
+    shares = iter((0.0,))
+    share = Budget.share
+
+    def first_is_short(budget: Budget, time: float = 1.0, *more: float, **limits: int | None) -> Budget:
+        if time == cause_fixes.CHANGES_SHARE:
+            time = next(shares, time)
+        return share(budget, time, *more, **limits)
+
+    monkeypatch.setattr(cause_fixes, "CHANGES_SHARE", 0.123)
+    monkeypatch.setattr(Budget, "share", first_is_short)
+    monkeypatch.setattr(cause_fixes, "_with_time_outs", lambda *_: None)
+    report = folded(model, Budget(seconds=600))
+    assert faults(report.findings) == faults(expected.findings)
+    assert consequences(report.findings[0]) == consequences(expected.findings[0])
+
+
 def test_nothing_folds_without_time() -> None:
     model = awaiting_result()
     report = check(model)
