@@ -176,10 +176,10 @@ def _against_waiting(model: sym.SystemModel, finding: Finding, budget: Budget) -
             continue
         for more in _added(changes, left, known, order):
             heapq.heappush(queue, more)
-    fix = _with_time_outs(model, circle, pages, budget) or without_circle
-    if fix is None and ended is not None:
+    last = _with_time_outs(model, circle, pages, budget) or without_circle
+    if last is None and ended is not None:
         raise ended
-    return fix
+    return last
 
 
 def let_calls_end(model: sym.SystemModel, finding: Finding, budget: Budget) -> Fix | None:

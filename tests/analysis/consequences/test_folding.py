@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget
@@ -270,10 +272,10 @@ def test_a_cause_whose_changes_took_too_long_is_tried_again(monkeypatch: pytest.
     shares = iter((0.0,))
     share = Budget.share
 
-    def first_is_short(budget: Budget, time: float = 1.0, *more: float, **limits: int | None) -> Budget:
+    def first_is_short(budget: Budget, time: float = 1.0, memory: float = 1.0, **limits: Any) -> Budget:
         if time == cause_fixes.CHANGES_SHARE:
             time = next(shares, time)
-        return share(budget, time, *more, **limits)
+        return share(budget, time, memory, **limits)
 
     monkeypatch.setattr(cause_fixes, "CHANGES_SHARE", 0.123)
     monkeypatch.setattr(Budget, "share", first_is_short)

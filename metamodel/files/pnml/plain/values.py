@@ -222,10 +222,10 @@ def kind_of(arc: etree._Element, source: Source) -> str:
         said.append((kind, arc))
     lines = {kind: line_of(where) for kind, where in reversed(said)}
     for block in arc.iterchildren(tag=tag("toolspecific")):
-        kind = _kind_in_block(block)
-        if kind is not None and _TYPES.get(kind) not in lines:
+        named = _kind_in_block(block)
+        if named is not None and _TYPES.get(named) not in lines:
             read, tool = next(iter(lines), "normal"), block.get("tool")
-            source.note(f"arcs that blocks of {tool!r} call {kind} taken as {read}: blocks are not read")
+            source.note(f"arcs that blocks of {tool!r} call {named} taken as {read}: blocks are not read")
     if len(lines) > 1:
         what = " and ".join(f"{kind} on line {lines[kind]}" for kind in sorted(lines))
         raise source.error(f"arc {_named(arc)} is {what}", arc, id=arc.get("id"))
