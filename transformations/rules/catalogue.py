@@ -196,6 +196,7 @@ FAMILIES = (
             "times.time_outs",
             "times.orders",
             "times.goals",
+            "times.managed",
         ),
         "They run where the middleware is `ros2` and a question asks about time.",
         middleware="ros2",
