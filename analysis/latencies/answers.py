@@ -35,6 +35,7 @@ from dineros.metamodel.callbacks.groups import runs_callbacks
 from dineros.metamodel.elements import channels, label, node_net_of, node_nets, resolve
 from dineros.metamodel.errors import DinerosError, near_matches
 from dineros.metamodel.guards.using import require_no_guards
+from dineros.metamodel.matching import is_best_effort
 from dineros.metamodel.times.given import duration_of, require_known, says_times, waits
 from dineros.metamodel.times.orders import is_ignored
 from dineros.metamodel.times.overlaps import runs_overlapping
@@ -268,6 +269,10 @@ class Latencies:
         if len(paths) > 1:
             several = f"data takes {len(paths)} ways"
             return replace(found, reasons=dict.fromkeys(_OF_CHAINS, several))
+        if unsure := next((hop for hop in paths[0].topics if is_best_effort(hop.writer, hop.reader)), None):
+            assert unsure.writer.channel is not None
+            lost = f"topic {unsure.writer.channel.topic} is best effort, so all of its messages may be lost"
+            return replace(found, reasons=dict.fromkeys(_OF_CHAINS, lost))
         if starving := next((page for page in paths[0].callbacks if self.starves(page)), None):
             # Then no further output comes, so nothing bounds either.
             return replace(found, reasons=dict.fromkeys(_OF_CHAINS, _starved(starving)))

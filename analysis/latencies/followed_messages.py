@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 from dineros.analysis.latencies.editing import PLAIN, Case, EditedNet, Firing
 from dineros.analysis.latencies.markers import GO, LOST, NOW, WATCHING, exactly, some
-from dineros.analysis.latencies.parts import Parts
+from dineros.analysis.latencies.parts import Parts, Pipe
 from dineros.analysis.latencies.paths import Hop
 from dineros.analysis.latencies.sampling import NotFollowedError
 from dineros.analysis.timed.exploring import Explored
@@ -97,6 +97,32 @@ class FollowedMessages:
             self.is_exact &= names.index(pipe.drop) not in self._explored.ways
         net.split(pipe.drop, loses)
         net.extend(pipe.drop, take={inside: 1})
+        if pipe.loses:
+            net.split(
+                pipe.loses, [Case(inhibit={sent: 1}), *self._lost_on_the_way(pipe, sent, ahead, inside)]
+            )
+            net.extend(pipe.loses, take={inside: 1})
+
+    def _lost_on_the_way(self, pipe: Pipe, sent: str, ahead: str, inside: str) -> Iterator[Case]:
+        """Yield the cases in which a message is lost before it leaves its writer: one of the last ones."""
+        for together in range(1, self._most([pipe.load]) + 1):
+            for number in range(together, self._most(pipe.inside) + 1):
+                # The transition itself takes one of each.
+                inhibit = {pipe.load: together + 1, inside: number + 1}
+                read = some(some({}, pipe.load, together - 1), inside, number - 1)
+                in_load = some(read, ahead, number - together)
+                # The followed one, one before it, and one after it.
+                yield Case({sent: 1, WATCHING: 1, GO: 1}, {LOST: 1}, in_load, inhibit)
+                if together > 1:
+                    yield Case({ahead: 1}, {}, {**in_load, sent: 1}, inhibit)
+                if number > 1:
+                    yield Case(read={**read, sent: 1}, inhibit={**inhibit, ahead: number - 1})
+
+    def _most(self, places: Sequence[str]) -> int:
+        """Return how many tokens some places hold together, at most."""
+        index = self._explored.net.untimed.places
+        inside = [index.index(place) for place in places]
+        return int(self._explored.markings[:, inside].sum(axis=1).max())
 
     def publish(
         self,
@@ -108,9 +134,7 @@ class FollowedMessages:
     ) -> None:
         """Put a message on its way to callback `number`, behind those that are on it."""
         pipe = self._parts.pipes[hop.writer, hop.reader]
-        index = self._explored.net.untimed.places
-        inside = [index.index(place) for place in pipe.inside]
-        most = int(self._explored.markings[:, inside].sum(axis=1).max())
+        most = self._most(pipe.inside)
         sent, ahead = f"observer {number} on the way", f"observer {number} sooner"
         counted = f"observer {number} sent"
         for publish in self._parts.published[hop.writer]:

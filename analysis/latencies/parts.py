@@ -15,7 +15,7 @@ from dineros.metamodel.callbacks.groups import callback_page_of
 from dineros.metamodel.times.overlaps import runs_overlapping
 from dineros.transformations.flattening.traces import Link
 from dineros.transformations.rules.executors import E3, E7
-from dineros.transformations.rules.histories import R1, R2, R3, R1Instance, R2RoomOpen
+from dineros.transformations.rules.histories import R1, R2, R3, R4, R1Instance, R2RoomOpen
 from dineros.transformations.rules.services import S1
 from dineros.transformations.rules.starts import D2Start
 from dineros.transformations.rules.timers import C1
@@ -83,6 +83,10 @@ class Pipe:
         Transition by which the writer loses one.
     is_on_the_way : bool
         Whether clocks say how long messages are on their way.
+    load : str
+        Place of the messages that have not left the writer.
+    loses : str
+        Transition by which a best-effort message is lost; empty if none is.
     """
 
     written: str
@@ -90,6 +94,8 @@ class Pipe:
     exits: list[str]
     drop: str
     is_on_the_way: bool = False
+    load: str = ""
+    loses: str = ""
 
 
 class Parts:
@@ -196,7 +202,7 @@ class Parts:
                 self.received[source_of(link, sym.SubscriberPort)] = name
             elif link.maker in (R1, R1Instance) and link.role == "publication.publish":
                 self.published[source_of(link, sym.PublisherPort)].append(name)
-            elif link.maker is R2:
+            elif link.maker in (R2, R4):
                 places[_pair(link)][link.role] = name
             elif link.maker is R2RoomOpen:
                 self.rooms.add(name)
@@ -210,7 +216,15 @@ class Parts:
             ends = [name for role, name in roles.items() if role.startswith("clock.end")]
             inside = [roles["written"], roles["queue.load"], *([roles["sent"]] if is_timed else []), *busy]
             exits = ends if is_timed else [roles["queue.leave"]]
-            self.pipes[pair] = Pipe(roles["written"], inside, exits, roles["queue.drop"], is_timed)
+            self.pipes[pair] = Pipe(
+                roles["written"],
+                inside,
+                exits,
+                roles["queue.drop"],
+                is_timed,
+                roles["queue.load"],
+                roles.get("lose", ""),
+            )
 
     def _read_services(self, links: Iterable[Link]) -> None:
         for link in links:

@@ -2,8 +2,8 @@
 
 A managed node is unconfigured, inactive, active or finalized. It changes its state at any moment at which it
 has a free thread and no callback of its default group runs. Its timers run while it is configured, from their
-offset on each time. What it publishes while it is not active is lost, and so is what is sent to it while it is
-not configured, and what it holds when it leaves.
+offset on each time. What it publishes while it is not active is lost, and so is what is sent to it while it
+is not configured, and what it holds when it leaves.
 """
 
 from __future__ import annotations
@@ -69,9 +69,7 @@ class Managed(Threads):
     def _forced(self, state: _State) -> Iterator[_State]:
         """Yield what an executor and messages with a latency do."""
         kept = state.flights
-        hidden = tuple(
-            () if open_ else flight for open_, flight in zip(self.is_open, kept, strict=True)
-        )
+        hidden = tuple(() if open_ else flight for open_, flight in zip(self.is_open, kept, strict=True))
         for after in super()._successors(state._replace(flights=hidden)):
             flights = tuple(
                 (*before, *now) if open_ else now
@@ -86,8 +84,9 @@ class Managed(Threads):
             if self.is_open[pair]:
                 if len(flight) > self.limit:
                     self.gone.add(("written", self.pairs[pair][0][1]))
-                flight = tuple(Data(0, "", 0) for _ in flight[-self.limit :])
-            found.append(flight)
+                found.append(tuple(Data(0, "", 0) for _ in flight[-self.limit :]))
+            else:
+                found.append(flight)
         return tuple(found)
 
     def _changed(self, state: _State) -> Iterator[_State]:
@@ -109,7 +108,10 @@ class Managed(Threads):
 
     def _started(self, state: _State, node: str) -> Iterator[_State]:
         """Start the timers of a node, which was written to and wrote nothing that is still on its way."""
-        if any(flight and node == writer[0] for (writer, _), flight in zip(self.pairs, state.flights, strict=True)):
+        if any(
+            flight and node == writer[0]
+            for (writer, _), flight in zip(self.pairs, state.flights, strict=True)
+        ):
             return
         found = [state.strikes]
         for number, timer in enumerate(self.timers):
@@ -136,7 +138,11 @@ class Managed(Threads):
                     self.gone.add(("left", self.pairs[pair][0][1]))
                 flights[pair] = ()
         return state._replace(
-            strikes=tuple(strikes), late=tuple(late), due=tuple(due), queues=tuple(queues), flights=tuple(flights)
+            strikes=tuple(strikes),
+            late=tuple(late),
+            due=tuple(due),
+            queues=tuple(queues),
+            flights=tuple(flights),
         )
 
     def _can_begin(self, state: _State, each: dict[str, Any]) -> bool:
@@ -150,7 +156,7 @@ class Managed(Threads):
         node = self.callbacks[name]["node"]
         after = super()._publish(state, name, data)
         flights = list(after.flights)
-        for number, (publisher, reader) in enumerate(self.pairs):
+        for number, (_, reader) in enumerate(self.pairs):
             if len(flights[number]) > len(state.flights[number]):
                 if not self._is(state, node, "active"):
                     flights[number] = state.flights[number]
