@@ -145,6 +145,14 @@ class EditedNet:
             if any(each.put.get(place, 0) > each.take.get(place, 0) for each in cases)
         ]
 
+    def consumers(self, place: str) -> list[str]:
+        """Return the transitions that take more tokens from a place than they leave there."""
+        return [
+            name
+            for name, cases in self.cases.items()
+            if any(each.take.get(place, 0) > each.put.get(place, 0) for each in cases)
+        ]
+
     def originals(self) -> dict[str, str]:
         """Return by case of a transition the transition that was split."""
         return {each.name: name for name, cases in self.cases.items() for each in cases}

@@ -177,11 +177,14 @@ class Observer:
         waits = self._net.place(f"observer {number} due")
         follows = Case(take=self._start.begins, put={**self._start.measures, waits: 1})
         self._net.split(tick, [self._start.plain, *self._start.arms, follows])
-        for begin in self._runs.beginnings(run):
-            if due not in self._net.original(begin).take:
-                raise NotFollowedError
-            follows = self._runs.case(run, take={waits: 1}, put=begun)
-            self._net.split(begin, [Case(inhibit={waits: 1}), follows])
+        beginnings = self._runs.beginnings(run)
+        for name in self._net.consumers(due):
+            follows = Case(take={waits: 1, WATCHING: 1, GO: 1}, put={LOST: 1})  # its node leaves
+            if name in beginnings:
+                follows = self._runs.case(run, take={waits: 1}, put=begun)
+            self._net.split(name, [Case(inhibit={waits: 1}), follows])
+        if any(due not in self._net.original(begin).take for begin in beginnings):
+            raise NotFollowedError
 
     def _serve(self, number: int, page: sym.CallbackPage, begun: dict[int, dict[str, int]]) -> None:
         """Follow a request from its arrival to the beginning of the callback that serves it."""
@@ -250,14 +253,11 @@ class Observer:
             ],
         )
         begin = only([each for each in self._runs.beginnings(run) if each == queue.leave])
-        net.split(
-            begin,
-            [
-                Case(inhibit={waits: 1}),
-                Case(read={waits: 1}, take={ahead: 1}),
-                self._runs.case(run, take={waits: 1}, put=begun, inhibit={ahead: 1}),
-            ],
-        )
+        for name in net.consumers(queue.load):
+            follows = Case(take={waits: 1, WATCHING: 1, GO: 1}, put={LOST: 1}, inhibit={ahead: 1})
+            if name == begin:
+                follows = self._runs.case(run, take={waits: 1}, put=begun, inhibit={ahead: 1})
+            net.split(name, [Case(inhibit={waits: 1}), Case(read={waits: 1}, take={ahead: 1}), follows])
 
     def _send(self, number: int, writer: sym.PublisherPort, hop: Hop | None) -> None:
         """Make the observer follow publications that a run has put on the place of a publisher."""

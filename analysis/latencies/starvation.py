@@ -4,10 +4,13 @@ It can if there is an endless run in which the callback is ready from some momen
 circle of state classes in which it is ready, without an edge by which it begins; or a class in which it is
 ready and nothing has to happen any more. Every run goes through the largest classes, too, so where these have
 no such circle, there is none. Where they have one, classes that are compared by equality decide: each of
-their endless paths is one of a run. A circle that takes no time counts as well; that is a fault by itself.
+their endless paths is one of a run. A circle during which a clock that must end goes on takes no time, so a
+run leaves it.
 """
 
 from __future__ import annotations
+
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -98,7 +101,48 @@ class Starvation:
         if (marked & _alive(search) & self._may_stay(search)).any():
             return True
         inside = marked[source] & marked[target] & ~np.isin(label, begins)
-        return _has_circle(search.classes, source[inside], target[inside])
+        return self._has_circle(search, source[inside], target[inside], label[inside])
+
+    def _has_circle(
+        self, search: ClassSearch, source: Int64Array, target: Int64Array, label: Int64Array
+    ) -> bool:
+        """Return whether edges have a circle in which each clock that must end is stopped at some edge.
+
+        In any other circle time cannot continue, so a run leaves it.
+        """
+        graph = csr_array(
+            (np.ones(len(source), dtype=np.int8), (source, target)), shape=(search.classes, search.classes)
+        )
+        component = connected_components(graph, directed=True, connection="strong")[1]
+        within = component[source] == component[target]
+        source, target, label = source[within], target[within], label[within]
+        circles = set(component[source].tolist())
+        for clock, interval in enumerate(self._net.intervals):
+            if circles and interval.latest is not None:
+                stops = ~self._keeps(search, source, target, label, clock)
+                circles &= set(component[source[stops]].tolist())
+        return bool(circles)
+
+    def _keeps(
+        self, search: ClassSearch, source: Int64Array, target: Int64Array, label: Int64Array, clock: int
+    ) -> NDArray[np.bool_]:
+        """Return of edges whether a transition stays enabled by them, with the same clock."""
+        markings, net = search.markings(), self._net
+        before, after = search.marking_of[source], search.marking_of[target]
+        stays: NDArray[np.bool_] = label != clock
+        for place, weight in net.test.row(clock):
+            taken = np.array([row.get(place, 0) for row in self._taken])[label]
+            held = markings[:, place]
+            stays &= (held[before] - taken >= weight) & (held[after] >= weight)
+        for place, below in net.untimed.inhibitor.row(clock):
+            held = markings[:, place]
+            stays &= (held[before] < below) & (held[after] < below)
+        return stays
+
+    @cached_property
+    def _taken(self) -> list[dict[int, int]]:
+        """By transition, what it takes from places."""
+        return [dict(self._net.take.row(each)) for each in range(len(self._net.untimed.transitions))]
 
     def _may_stay(self, search: ClassSearch) -> NDArray[np.bool_]:
         """Return by class whether nothing that is enabled there ever has to happen."""
@@ -132,10 +176,3 @@ def _edges(search: ClassSearch) -> tuple[Int64Array, Int64Array, Int64Array]:
     if search.by_inclusion:
         target = search.kept()[target]
     return source, target, known.edge_label[at]
-
-
-def _has_circle(classes: int, source: Int64Array, target: Int64Array) -> bool:
-    if (source == target).any():
-        return True
-    graph = csr_array((np.ones(len(source), dtype=np.int8), (source, target)), shape=(classes, classes))
-    return int(connected_components(graph, directed=True, connection="strong")[0]) < classes
