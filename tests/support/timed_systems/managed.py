@@ -147,7 +147,7 @@ class Managed(Threads):
 
     def _can_begin(self, state: _State, each: dict[str, Any]) -> bool:
         node = each["node"]
-        kinds = CONFIGURED
+        kinds: tuple[str, ...] = CONFIGURED
         if node in self.lives and self.lives[node].get("pauses") and "period" in each:
             kinds = ("active",)
         return self._is(state, node, *kinds) and super()._can_begin(state, each)
