@@ -47,5 +47,6 @@ def _corrected(code: GivenCallback | None, said: GivenCallback) -> GivenCallback
         offset=said.offset,
         jitter=said.jitter,
         measured=said.measured,
+        outstanding=said.outstanding,
         has_open_group=code.has_open_group and said.group is None,
     )

@@ -94,6 +94,8 @@ class GivenCallback:
         Its steps in branches, if it depends on a field of the message that it receives.
     has_open_group : bool
         Whether the code does not say its group, so that the default group is assumed.
+    outstanding : int or None
+        Of an action client: how many goals the program has under way at most.
     """
 
     does: tuple[Step, ...] | None = None
@@ -109,6 +111,7 @@ class GivenCallback:
     rejected: Flow | None = None
     received: Received | None = None
     has_open_group: bool = field(default=False, compare=False)
+    outstanding: int | None = None
 
     @property
     def may_wait(self) -> bool:

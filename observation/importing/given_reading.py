@@ -118,7 +118,8 @@ class _Reading:
         )
 
     def _callback(self, table: Mapping[str, Any], at: str, groups: Mapping[str, Any]) -> GivenCallback:
-        self._known(table, at, ("does", "group", "awaits", "takes", "offset", "jitter", "measured"))
+        known = ("does", "group", "awaits", "takes", "offset", "jitter", "measured", "outstanding")
+        self._known(table, at, known)
         group = table.get("group")
         if group is not None:
             self._one_of(table, "group", at, tuple(groups), "is not a callback group of its node")
@@ -126,8 +127,9 @@ class _Reading:
         takes, offset = self._span(table, "takes", at), self._span(table, "offset", at)
         jitter = self._seconds(table, "jitter", at, least=0) if "jitter" in table else None
         measured = self._text(table, "measured", at) if "measured" in table else ""
+        goals = self._number(table, "outstanding", at, 1, 1000) if "outstanding" in table else None
         if "does" not in table:
-            return GivenCallback(None, group, awaits, "", takes, jitter, measured, offset)
+            return GivenCallback(None, group, awaits, "", takes, jitter, measured, offset, outstanding=goals)
         steps: list[Step] = []
         least, most, sleeps = 0.0, 0.0, False
         for text in self._texts(table, "does", at):
@@ -141,7 +143,8 @@ class _Reading:
         if sleeps:  # it also works, for an unknown time, unless it is in `takes`
             end = None if takes is None or takes[1] is None else round(takes[1] + most, 9)
             takes = (round((takes[0] if takes is not None else 0.0) + least, 9), end)
-        return GivenCallback(tuple(steps), group, awaits, "", takes, jitter, measured, offset)
+        does = tuple(steps)
+        return GivenCallback(does, group, awaits, "", takes, jitter, measured, offset, outstanding=goals)
 
     def _step(self, text: str, at: str) -> Step:
         match = _STEP.fullmatch(text.strip())

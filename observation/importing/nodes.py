@@ -231,9 +231,12 @@ class NodeBuilder(Abilities):
             kept = self._possible.waits.get(Step("result", name))
             ended = self._answer(key, f"on_result_of_{flat(name)}", *self._does(key), kept)
             told = self._told(key, name)
+            goal = self._possible.puts[Step("goal", name)][0]
+            goal.capacity = outstanding = self._said.callbacks.get(key, GivenCallback()).outstanding
             port = sym.ActionClientPort(
                 client=self._net.id,
-                goal=self._possible.puts[Step("goal", name)][0],
+                goal=goal,
+                outstanding=outstanding,
                 cancel=self._possible.puts[Step("cancel", name)][0],
                 succeeded=ended,
                 aborted=ended,

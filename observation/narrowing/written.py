@@ -57,6 +57,7 @@ def _callback(said: GivenCallback) -> dict[str, str | None]:
         "offset": _span(said.offset),
         "jitter": None if said.jitter is None else json.dumps(said.jitter),
         "measured": _text(said.measured) if said.measured else None,
+        "outstanding": None if said.outstanding is None else str(said.outstanding),
     }
 
 

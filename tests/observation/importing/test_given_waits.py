@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from dineros.analysis.bounds.answers import Bounds
 from dineros.analysis.checks.check import check
 from dineros.metamodel import sym
 from dineros.metamodel.constraints import validate
@@ -14,6 +15,7 @@ from dineros.metamodel.errors import DinerosError
 from dineros.observation.importing.building import to_model
 from dineros.observation.importing.given import Given
 from dineros.observation.importing.given_reading import read_given
+from dineros.observation.narrowing.written import given_text
 from dineros.observation.systems import Endpoint, ObservedNode, ObservedSystem
 from tests.support.systems.foreign import port, trigger
 
@@ -132,3 +134,50 @@ def test_a_sleep_is_the_duration_of_the_page(tmp_path: Path) -> None:
     pages = [page for node in nodes for page in node.objects if isinstance(page, sym.CallbackPage)]
     (move,) = [page for page in pages if page.duration]
     assert "serves_move" in str(move.id)
+
+
+STATUS = """
+[node."/client"]
+threads = 1
+timers.tick = 1
+callback.tick.does = ["goal /go ?"]
+callback.tick.takes = [0.0, 0.001]
+callback."/go".does = ["publish /status"]
+callback."/go".takes = [0.0, 0.001]
+LIMIT
+[node."/server"]
+threads = 2
+timers = {}
+callback."/go".does = []
+callback."/go".takes = [0.2, 0.4]
+[node."/log"]
+threads = 1
+timers = {}
+callback."/status".does = []
+callback."/status".takes = [0.0, 0.01]
+[times]
+latency = [0, 0.01]
+"""
+
+
+@pytest.mark.parametrize(("limit", "overflows"), [("", None), ('callback."/go".outstanding = 1', False)])
+def test_a_program_that_sends_one_goal_at_a_time_bounds_what_it_publishes_for_results(
+    tmp_path: Path, limit: str, overflows: bool | None
+) -> None:
+    server = ObservedNode("/server", action_servers=(Endpoint("/go", GO),))
+    client = ObservedNode("/client", action_clients=(Endpoint("/go", GO),), publishers=(port("/status"),))
+    log = ObservedNode("/log", subscribers=(port("/status"),))
+    given = read(tmp_path, STATUS.replace("LIMIT", limit))
+    found = to_model(ObservedSystem("nowhere", (server, client, log)), given).model
+    assert [each for each in validate(found) if each.severity == "error"] == []
+    readers = Bounds(found).everything().readers
+    assert readers["log.on_status.message"][1] is overflows
+    assert (readers["server.works_on_go.goal"] == (1, False)) == (overflows is False)
+    written = tmp_path / "again.given.toml"
+    written.write_text(given_text(given))
+    assert read_given(written).nodes == given.nodes
+
+
+def test_a_number_of_goals_is_a_whole_number_from_1_on(tmp_path: Path) -> None:
+    with pytest.raises(DinerosError, match="outstanding: is not a whole number from 1"):
+        read(tmp_path, STATUS.replace("LIMIT", 'callback."/go".outstanding = 0'))
