@@ -330,7 +330,7 @@ class Latencies:
 
     def everything(self) -> Everything:
         """Return all response times, and what can be lost."""
-        found = Everything()
+        found = Everything(is_exact=self._is_exact)
         if self.reason:
             return found
         for page in callback_pages(self._model):

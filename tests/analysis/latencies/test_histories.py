@@ -13,8 +13,13 @@ from dineros.analysis.latencies.answers import Latencies
 from dineros.analysis.latencies.histories import histories_of
 from dineros.analysis.timed.integers.counting import all_markings
 from dineros.analysis.timed.integers.net import integer_net
+from dineros.metamodel import sym
+from dineros.metamodel.build import seconds
+from dineros.metamodel.callbacks.groups import callback_page_of
+from dineros.metamodel.elements import find, transitions
 from tests.analysis.bounds.test_services import drawn, with_goals
 from tests.support.timed_systems.callers import Callers
+from tests.support.timed_systems.counted import COUNTED
 from tests.support.timed_systems.models import model_of
 from tests.support.timed_systems.threads import TooManyStatesError
 
@@ -77,3 +82,16 @@ def test_goals_and_results_of_clients_that_do_not_wait(slots: int) -> None:
     bounded = Bounds(model).everything().readers
     assert bounded.keys() == readers.keys()
     assert all(bounded[name][0] >= most for name, (most, _) in readers.items())
+
+
+def test_histories_are_not_called_exact_where_the_net_allows_more() -> None:
+    """The stretches of a callback that waits take any time up to its duration."""
+    model = model_of(COUNTED[15].system)
+    assert Latencies(model, Budget(seconds=60)).everything().is_exact
+    ask = find(model, "ask")
+    assert isinstance(ask, sym.CallbackPage)
+    for each in transitions(model):
+        if callback_page_of(each) is ask:
+            each.interval = None
+    ask.duration = seconds(1, 2)
+    assert not Latencies(model, Budget(seconds=60)).everything().is_exact
