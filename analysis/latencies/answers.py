@@ -385,6 +385,9 @@ class Latencies:
 
 
 def _starved(page: sym.CallbackPage) -> str:
+    node = node_net_of(page)
+    if node is not None and node.lifecycle is not None and node.lifecycle.pauses:
+        return f"callback {label(page)} can wait without end, as its node may stay inactive"
     return f"callback {label(page)} can starve, because others run first"
 
 

@@ -87,6 +87,7 @@ def compared(seed: int) -> tuple[int, set[str]] | None:
     exact = 0
     responses = latencies.everything().callbacks
     for name, span in facts.response.items():
+        assert "starve" not in responses[name].reason, (seed, name)
         exact += require_exactly(responses[name], *span)
     return exact, {how for how, _ in program.gone}
 
