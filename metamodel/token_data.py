@@ -114,6 +114,12 @@ def ros_scalar(text: str) -> RosScalar | None:
     return RosScalar(match[1], kind, int(match[2]) if match[2] else None)
 
 
+def integer_bounds(ros: str | None) -> tuple[int, int]:
+    """Return the least and the greatest integer of a ROS type; None, or no integer type: int64."""
+    signed, size = _WIDTHS.get(ros or "", (True, 64))
+    return (-(2 ** (size - 1)), 2 ** (size - 1) - 1) if signed else (0, 2**size - 1)
+
+
 def within(ros: str | None, name: str, value: Value) -> Value:
     """Return a text, number or integer that a ROS type can carry.
 
@@ -135,8 +141,7 @@ def within(ros: str | None, name: str, value: Value) -> Value:
     if isinstance(value, bool):
         return value
     if isinstance(value, int):
-        signed, size = _WIDTHS[type_.name] if type_ is not None and type_.name in _WIDTHS else (True, 64)
-        low, high = (-(2 ** (size - 1)), 2 ** (size - 1) - 1) if signed else (0, 2**size - 1)
+        low, high = integer_bounds(ros)
         if not low <= value <= high:
             kind = f"{type_.name}, {low} to {high}" if type_ is not None else "an integer of 64 bits"
             raise FeatureValueError(f"{name} takes {kind}, not {_shown(value)}")

@@ -8,7 +8,8 @@ from collections.abc import Iterable
 from dineros.metamodel import pn, sym
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.guards.conditions import Condition, FieldName, comparisons
-from dineros.metamodel.guards.reading import finite_values, read_guard
+from dineros.metamodel.guards.reading import read_guard
+from dineros.metamodel.guards.values import classes_of, sample, values_of
 from dineros.metamodel.token_data import FieldType
 from dineros.metamodel.token_types.declared import token_type_of, type_of_place
 
@@ -42,9 +43,13 @@ def _covers(conditions: list[Condition], fields: dict[str, FieldType]) -> bool:
     if len(names) != 1:
         return False
     (name,) = names
-    values = finite_values(fields[name.field]) if name.field in fields else None
-    return values is not None and all(
-        any(condition.holds({FieldName(*name): value}) for condition in conditions) for value in values
+    field = fields.get(name.field)
+    if field is None or values_of(field) is None:
+        return False
+    asked = (each for condition in conditions for each in comparisons(condition))
+    return all(
+        any(condition.holds({FieldName(*name): sample(values)}) for condition in conditions)
+        for values in classes_of(field, asked)
     )
 
 

@@ -17,10 +17,19 @@ from typing import NamedTuple
 from dineros.metamodel import pn, sym
 from dineros.metamodel.errors import GuardError
 from dineros.metamodel.guards.conditions import Comparison, Condition, FieldName, comparisons
-from dineros.metamodel.guards.reading import MOST_VALUES, Fields, Source, classes_of, finite_values
+from dineros.metamodel.guards.reading import MOST_KINDS, Fields, Source
+from dineros.metamodel.guards.values import (
+    Values,
+    classes_of,
+    contains,
+    is_subset,
+    sample,
+    values_of,
+    values_text,
+)
 from dineros.metamodel.token_data import FieldType
 
-Colour = tuple[tuple[int, ...], ...]
+Colour = tuple[Values, ...]
 """The values that each field of a token may have, in the order of the fields of its place's palette."""
 
 
@@ -69,8 +78,8 @@ class Palette:
         self._declared = declared
         self.fields = {name: classes_of(declared[name], asked[name]) for name in sorted(asked)}
         total = prod(len(classes) for classes in self.fields.values())
-        if total > MOST_VALUES:
-            raise GuardError(f"guards tell {total} kinds of tokens apart, more than {MOST_VALUES}")
+        if total > MOST_KINDS:
+            raise GuardError(f"guards tell {total} kinds of tokens apart, more than {MOST_KINDS}")
 
     @cached_property
     def colours(self) -> list[Colour]:
@@ -83,22 +92,22 @@ class Palette:
         for name, classes in self.fields.items():
             value = data[name]
             assert isinstance(value, int)
-            found.append(next(each for each in classes if int(value) in each))
+            found.append(next(each for each in classes if contains(each, int(value))))
         return tuple(found)
 
     def fulfils(self, colour: Colour, condition: Condition) -> bool:
         """Return whether the tokens of a colour fulfil a condition: either all of them do, or none."""
-        values = {FieldName(None, name): each[0] for name, each in zip(self.fields, colour, strict=True)}
+        values = {FieldName(None, name): sample(each) for name, each in zip(self.fields, colour, strict=True)}
         return condition.holds(values)
 
-    def values(self, colour: Colour, field: str) -> tuple[int, ...]:
+    def values(self, colour: Colour, field: str) -> Values:
         """Return the values that a field of a token of a colour may have."""
         return colour[list(self.fields).index(field)]
 
     def text(self, colour: Colour) -> str:
         """Return a colour in words: ``success=false``, ``level=0..3, mode=IDLE|BUSY``."""
         parts = zip(self.fields, colour, strict=True)
-        return ", ".join(f"{name}={_shown(self._declared[name], values)}" for name, values in parts)
+        return ", ".join(f"{name}={values_text(self._declared[name], values)}" for name, values in parts)
 
 
 def palettes(
@@ -152,8 +161,8 @@ def can_be_handed(name: str, source: Mapping[str, FieldType], target: Mapping[st
     """Return whether each value of a field of one token is allowed in the field of that name of another."""
     if name not in source or name not in target:
         return False
-    values, others = finite_values(source[name]), finite_values(target[name])
-    return values is not None and others is not None and set(values) <= set(others)
+    values, others = values_of(source[name]), values_of(target[name])
+    return values is not None and others is not None and is_subset(values, others)
 
 
 def variants(step: Step | None, moves: Moves, known: Mapping[pn.Place, Palette]) -> Iterator[Variant]:
@@ -236,8 +245,8 @@ def _made(
         value = given.get(name)
         if isinstance(value, tuple):
             source, field = value
-            value = known[source].values(seen[source], field)[0]
-        allowed.append([each for each in classes if value is None or value in each])
+            value = sample(known[source].values(seen[source], field))
+        allowed.append([each for each in classes if value is None or contains(each, value)])
     return list(combinations_with_replacement(list(product(*allowed)), count))
 
 
@@ -247,17 +256,3 @@ def _add(asked: dict[Source, list[Comparison]], source: Source, comparison: Comp
         return False
     known.append(comparison)
     return True
-
-
-def _shown(field: FieldType, values: tuple[int, ...]) -> str:
-    names = {value: name for name, value in field.range.names}
-    if field.kind == "boolean":
-        names = {0: "false", 1: "true"}
-    runs: list[list[int]] = []
-    for value in values:
-        if runs and value == runs[-1][-1] + 1 and value not in names:
-            runs[-1].append(value)
-        else:
-            runs.append([value])
-    texts = [names.get(run[0], str(run[0])) + (f"..{run[-1]}" if len(run) > 1 else "") for run in runs]
-    return "|".join(texts)

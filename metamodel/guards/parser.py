@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from functools import cache, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,6 +23,24 @@ from dineros.metamodel.guards.conditions import (
 
 if TYPE_CHECKING:
     from lark import Lark, Token
+
+_WORD = re.compile(r"""[\w.+-]+|==|&&|\|\||'[^']{0,40}'?|"[^"]{0,40}"?|\S""")
+"""What a message about a place in a text shows."""
+
+_TURNED = {"<": ">", "<=": ">=", ">": "<", ">=": "<="}
+
+_HINTS = {
+    r"==": "write = for equal",
+    r"&&?": "write and",
+    r"\|\|?": "write or",
+    r"!": "write not, or <> between two values",
+    r"in|like|match": "compare with =, and join comparisons by or",
+    r"[+-]?[0-9]*\.[0-9].*": "fields are compared with whole numbers",
+    r"\..*": "fields of nested messages cannot be used",
+    r"[+-]?[0-9]+": "numbers have at most 20 digits",
+    r"[A-Z_0-9]+|\"[A-Z_0-9]+\"": "write names of values in single quotes: state = 'BUSY'",
+}
+"""What to write instead of words that programmers may expect to be allowed."""
 
 MAX_LENGTH = 16_384
 """Longest text, in characters."""
@@ -69,22 +88,32 @@ def parse_assignments(text: str) -> tuple[Assignment, ...]:
 
 
 def _parsed(text: str, start: str) -> Any:
-    from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken
+    from lark.exceptions import UnexpectedInput, UnexpectedToken
 
     if len(text) > MAX_LENGTH:
         raise GuardError(f"it has {len(text)} characters, more than {MAX_LENGTH}")
     try:
         return _parser().parse(text, start=start)
     except UnexpectedInput as error:
-        found = ""
-        if isinstance(error, UnexpectedToken):
-            found = str(error.token)
-        elif isinstance(error, UnexpectedCharacters):
-            found = error.char
-        where = f"column {error.column} has {found!r:.40}" if found else "it ends too early"
-        example = "success = false and level between 1 and 3"
-        hint = f"write it like {example if start == 'condition' else 'Answer.success := true'}"
-        raise GuardError(f"{where}, which is not allowed there" if found else where, hint=hint) from None
+        is_condition = start == "condition"
+        example = "success = false and level between 1 and 3" if is_condition else "Answer.success := true"
+        hint = f"write it like {example}"
+        found_at: Any = error.pos_in_stream  # declared as None
+        position = int(found_at)
+        is_end = isinstance(error, UnexpectedToken) and error.token.type == "$END"
+        if is_end or not text[position:].strip():
+            if is_condition and re.fullmatch(r"(not\s+)?[\w.]+", text.strip()):
+                hint = f"write {text.strip():.40} = true"
+            raise GuardError("it ends too early", hint=hint) from None
+        if text[position - 1 : position + 1] == "==":
+            position -= 1
+        word = _WORD.match(text, position)
+        found = word[0] if word else text[position]
+        if is_condition:
+            hint = next((said for each, said in _HINTS.items() if re.fullmatch(each, found)), hint)
+        raise GuardError(
+            f"column {position + 1} has {found!r:.40}, which is not allowed there", hint=hint
+        ) from None
 
 
 @cache
@@ -106,7 +135,7 @@ class _GuardBuilder:
         return FieldName(children[0] if len(children) == 2 else None, children[-1])
 
     def number(self, children: list[Token]) -> Constant:
-        return int(children[0])
+        return int(children[0], 16 if "x" in children[0].lower() else 10)
 
     def true(self, _: list[Token]) -> Constant:
         return True
@@ -119,7 +148,11 @@ class _GuardBuilder:
 
     def comparison(self, children: list[Any]) -> Condition:
         field, sign, value = children
-        return Comparison(field, str(sign), value)
+        return Comparison(field, "<>" if sign == "!=" else str(sign), value)
+
+    def turned(self, children: list[Any]) -> Condition:
+        value, sign, field = children
+        return self.comparison([field, _TURNED.get(sign, sign), value])
 
     def between(self, children: list[Any]) -> Condition:
         field, low, high = children

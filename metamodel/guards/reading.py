@@ -19,34 +19,25 @@ from dineros.metamodel.guards.conditions import (
     with_comparisons,
 )
 from dineros.metamodel.guards.parser import parse_assignments, parse_guard
+from dineros.metamodel.guards.values import (
+    Values,
+    classes_of,
+    contains,
+    is_subset,
+    sample,
+    values_of,
+    values_text,
+)
 from dineros.metamodel.token_data import FieldType
 
-MOST_VALUES = 4096
-"""Most values of a field that guards may use, and most combinations of the fields of one token."""
+MOST_KINDS = 4096
+"""Most kinds of tokens of one place that guards may distinguish."""
 
 Fields = Callable[[pn.Place], Mapping[str, FieldType]]
 """Returns the fields of the tokens of a place, by name."""
 
 Source = tuple[pn.Place, str]
 """A field of the token that is taken or read from a place."""
-
-_WIDTHS = {"uint8": (0, 255), "char": (0, 255), "byte": (0, 255), "int8": (-128, 127)}
-
-
-def finite_values(field: FieldType) -> tuple[int, ...] | None:
-    """Return all values of a field in ascending order, truth values as 0 and 1; None: too many values."""
-    if field.kind == "boolean":
-        return (0, 1)
-    if field.kind != "integer":
-        return None
-    if field.range.listed:
-        return tuple(sorted(value for _, value in field.range.listed))
-    low, high = _WIDTHS.get(field.ros or "", (None, None))
-    low = low if field.range.minimum is None else field.range.minimum
-    high = high if field.range.maximum is None else field.range.maximum
-    if low is None or high is None or high - low >= MOST_VALUES:
-        return None
-    return tuple(range(low, high + 1))
 
 
 def read_guard(text: str, seen: Mapping[pn.Place, int], fields: Fields) -> dict[pn.Place, Condition]:
@@ -91,9 +82,12 @@ def read_guard(text: str, seen: Mapping[pn.Place, int], fields: Fields) -> dict[
         parts.setdefault(place, []).append(resolved)
     found = {place: each[0] if len(each) == 1 else And(tuple(each)) for place, each in parts.items()}
     for place, condition in found.items():
-        if satisfying(condition, fields(place)) is None:
+        known = fields(place)
+        if satisfying(condition, known) is None:
+            names = dict.fromkeys(each.field.field for each in comparisons(condition))
+            ranges = "; ".join(f"{name}: {_all_values(known[name])}" for name in names)
             raise GuardError(
-                f"no token of {place.id} can fulfil it", hint="compare with values of the fields"
+                f"no token of {place.id} can fulfil it", hint=f"its fields have values: {ranges}"
             )
     return found
 
@@ -113,13 +107,13 @@ def read_assignments(
     for assignment in parse_assignments(text):
         place = _place(assignment.field, targets, fields, "puts tokens on")
         name = assignment.field.field
-        field, values = _finite(fields(place), name)
+        field, values = _asked(fields(place), name)
         given = found.setdefault(place, {})
         if name in given:
             raise GuardError(f"it assigns {place.id}.{name} twice")
         if not isinstance(assignment.value, FieldName):
             value = _constant(assignment.value, field)
-            if value not in values:
+            if not contains(values, value):
                 raise GuardError(f"{place.id}.{name} cannot be {_shown(assignment.value)}")
             given[name] = value
             continue
@@ -129,8 +123,8 @@ def read_assignments(
                 f"it copies a field of {source.id}, of which the transition sees {seen[source]} tokens",
                 hint="let it take or read one token, by one arc",
             )
-        _, others = _finite(fields(source), assignment.value.field)
-        if not set(others) <= set(values):
+        _, others = _asked(fields(source), assignment.value.field)
+        if not is_subset(others, values):
             raise GuardError(
                 f"{source.id}.{assignment.value.field} has values that {place.id}.{name} cannot have",
                 hint="give both fields the same range",
@@ -152,30 +146,30 @@ def _place(name: FieldName, places: Mapping[pn.Place, int], fields: Fields, does
         if not found:
             ids = [str(place.id) for place in places]
             hint = near_matches(name.place, ids) or f"its places are {', '.join(ids) or 'none'}"
-            raise GuardError(f"the transition {does} no {name.place!r}", hint=hint)
+            raise GuardError(f"the transition {does} no {name.place!r:.60}", hint=hint)
         return found[0]
     found = [place for place in places if name.field in fields(place)]
     if len(found) != 1:
         several = ", ".join(str(place.id) for place in found)
         if found:
             raise GuardError(
-                f"several places have {name.field!r}: {several}",
+                f"several places have {name.field!r:.60}: {several}",
                 hint=f"write {FieldName(str(found[0].id), name.field)}",
             )
         known = sorted({each for place in places for each in fields(place)})
-        raise GuardError(f"no place has a field {name.field!r}", hint=near_matches(name.field, known))
+        raise GuardError(f"no place has a field {name.field!r:.60}", hint=near_matches(name.field, known))
     return found[0]
 
 
-def _finite(known: Mapping[str, FieldType], name: str) -> tuple[FieldType, tuple[int, ...]]:
+def _asked(known: Mapping[str, FieldType], name: str) -> tuple[FieldType, Values]:
+    """Return a field with its values."""
     field = known.get(name)
     if field is None:
-        raise GuardError(f"the tokens have no field {name!r}", hint=near_matches(name, known))
-    values = finite_values(field)
+        raise GuardError(f"the tokens have no field {name!r:.60}", hint=near_matches(name, known))
+    values = values_of(field)
     if values is None:
         raise GuardError(
-            f"the field {name!r} has no range of at most {MOST_VALUES} values",
-            hint="use a boolean, or give an integer a minimum and a maximum, or named values",
+            f"the field {name!r:.60} is neither a boolean nor an integer", hint="use a boolean or an integer"
         )
     return field, values
 
@@ -187,7 +181,7 @@ def _constant(value: Constant, field: FieldType) -> int:
         if number is None:
             names = [name for name, _ in field.range.names]
             hint = near_matches(value, names) or (f"its values are {', '.join(names)}" if names else None)
-            raise GuardError(f"the field {field.name!r} has no value {value!r}", hint=hint)
+            raise GuardError(f"the field {field.name!r} has no value {value!r:.60}", hint=hint)
         return number
     if isinstance(value, bool) != (field.kind == "boolean"):
         wanted = "true or false" if field.kind == "boolean" else "a number"
@@ -195,12 +189,17 @@ def _constant(value: Constant, field: FieldType) -> int:
     return int(value)
 
 
+def _all_values(field: FieldType) -> str:
+    text = values_text(field, values_of(field) or ())
+    return text if len(text) <= 80 else f"{text[:77]}..."
+
+
 def _shown(value: Constant) -> str:
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
 def _resolved(comparison: Comparison, known: Mapping[str, FieldType]) -> Comparison:
-    field, _ = _finite(known, comparison.field.field)
+    field, _ = _asked(known, comparison.field.field)
     if field.kind == "boolean" and comparison.sign not in ("=", "<>"):
         raise GuardError(
             f"the field {field.name!r} is true or false, which {comparison.sign!r} does not order"
@@ -210,7 +209,7 @@ def _resolved(comparison: Comparison, known: Mapping[str, FieldType]) -> Compari
 
 
 def satisfying(condition: Condition, known: Mapping[str, FieldType]) -> dict[str, int] | None:
-    """Return field values that fulfil a condition, small values first; None if there are none.
+    """Return field values that fulfil a condition, close to zero; None if there are none.
 
     Parameters
     ----------
@@ -232,20 +231,10 @@ def satisfying(condition: Condition, known: Mapping[str, FieldType]) -> dict[str
     total = 1
     for each in classes:
         total *= len(each)
-    if total > MOST_VALUES:
-        raise GuardError(f"it tells {total} kinds of tokens apart, more than {MOST_VALUES}")
+    if total > MOST_KINDS:
+        raise GuardError(f"it tells {total} kinds of tokens apart, more than {MOST_KINDS}")
     for choice in product(*classes):
-        values = dict(zip(names, (values[0] for values in choice), strict=True))
+        values = dict(zip(names, map(sample, choice), strict=True))
         if condition.holds(values):
             return {name.field: value for name, value in values.items()}
     return None
-
-
-def classes_of(field: FieldType, asked: Iterable[Comparison]) -> list[tuple[int, ...]]:
-    """Return the values of a field, grouped if no comparison distinguishes them; in ascending order."""
-    distinct = list(dict.fromkeys(asked))
-    classes: dict[tuple[bool, ...], list[int]] = {}
-    for value in finite_values(field) or ():
-        signature = tuple(each.holds({each.field: value}) for each in distinct)
-        classes.setdefault(signature, []).append(value)
-    return [tuple(values) for values in classes.values()]

@@ -189,7 +189,8 @@ def installed_constants(name: str) -> dict[str, Value]:
 
 def _constants(name: str) -> Iterator[Constant]:
     for line in _text(name, _file(name, ".msg")).splitlines():
-        match = _CONSTANT.fullmatch(line if '"' in line or "'" in line else line.partition("#")[0])
+        is_text = line.split()[:1] in (["string"], ["wstring"])  # it may have the sign for comments
+        match = _CONSTANT.fullmatch(line if is_text else line.partition("#")[0])
         if match is not None:
             yield Constant(match[1], match[2], _literal(match[3]))
 
@@ -302,6 +303,8 @@ def _literal(text: str) -> Any:
     """Return a value as interface definitions write it: numbers and lists as Python does, texts also bare."""
     if text in ("true", "false", "True", "False"):
         return text in ("true", "True")
+    if re.fullmatch(r"[+-]?[0-9]{1,20}", text):  # leading zeros are decimal there
+        return int(text)
     try:
         return ast.literal_eval(text)
     except (ValueError, SyntaxError, MemoryError, RecursionError):

@@ -26,7 +26,7 @@ def _with_fields(small: Small) -> Small:
 @CASES.breaks(
     "guard-usable",
     "transition 'Done' has a guard that cannot be used: column 4 has '!', which is not allowed there",
-    "write it like success = false and level between 1 and 3",
+    "write not, or <> between two values",
 )
 def no_condition(small: Small) -> None:
     _with_fields(small)["Done"].guard = "ok ! false"
@@ -52,18 +52,18 @@ def place_that_is_put(small: Small) -> None:
 
 @CASES.breaks(
     "guard-usable",
-    "transition 'Done' has a guard that cannot be used: the field 'count' has no range of at most "
-    "4096 values",
-    "use a boolean, or give an integer a minimum and a maximum, or named values",
+    "transition 'Done' has a guard that cannot be used: the field 'text' is neither a boolean nor an integer",
+    "use a boolean or an integer",
 )
-def field_without_a_range(small: Small) -> None:
-    _with_fields(small)["Done"].guard = "count = 3"
+def field_that_is_a_text(small: Small) -> None:
+    _with_fields(small)["Token"].fields.append(sym.TokenField(name="text"))
+    small["Done"].guard = "text = 'x'"
 
 
 @CASES.breaks(
     "guard-usable",
     "transition 'Done' has a guard that cannot be used: no token of Answer can fulfil it",
-    "compare with values of the fields",
+    "its fields have values: ok: false|true",
 )
 def contradiction(small: Small) -> None:
     _with_fields(small)["Done"].guard = "ok = true and Answer.ok = false"
