@@ -69,7 +69,7 @@ class Observer:
             elif isinstance(record, Error):
                 self.errors += 1
                 if record.policy == "halt":
-                    self.halted.setdefault(record.node or "", record.error)
+                    self.halted.setdefault(record.node or "", _failure(record))
 
     @property
     def came_up(self) -> set[str]:
@@ -113,3 +113,11 @@ class FolderObserver(Observer):
         records = self._follower.new()
         self.see(records)
         return records
+
+
+def _failure(record: Error) -> str:
+    """Return what failed: the error, and the handler and the transition if they are known."""
+    if record.handler is None:
+        return record.error
+    of = "" if record.transition is None else f" of {record.transition}"
+    return f"{record.error} (handler {record.handler}{of})"

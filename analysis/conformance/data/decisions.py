@@ -10,7 +10,7 @@ from dineros.analysis.model.subject import Subject
 from dineros.metamodel import pn, sym
 from dineros.metamodel.guards.conditions import Condition
 from dineros.metamodel.guards.deciding import as_value, read_step
-from dineros.metamodel.token_data import FieldType
+from dineros.metamodel.token_data import FieldType, Value, read_data
 from dineros.metamodel.token_types.declared import token_type_of, type_of_place
 
 Fields = dict[str, FieldType]
@@ -48,11 +48,17 @@ class Decisions:
         By transition of the net.
     fields : dict of str to dict
         The fields of the tokens on each place whose data is tracked.
+    initial : dict of str to list of dict
+        The data of the initial tokens on each of these places.
+    limited : dict of str to dict
+        By place of the net: the fields of its tokens that do not have all values of their ROS type.
     """
 
     def __init__(self, model: sym.SystemModel, subject: Subject) -> None:
         self.of: dict[str, Decision] = {}
         self.fields: dict[str, Fields] = {}
+        self.initial: dict[str, list[dict[str, Value]]] = {}
+        self.limited: dict[str, Fields] = {}
         self._model = model
         if subject.flattened is None:
             return
@@ -62,6 +68,12 @@ class Decisions:
             for target, source in links.items()
             if isinstance(target, pn.Place) and isinstance(source, pn.Place)
         }
+        for place, original in self._originals.items():
+            declared = type_of_place(original, model)
+            if declared is None or declared.ros:  # constants of installed messages limit nothing
+                continue
+            if limited := {each.name: each for each in self._fields(original).values() if _is_limited(each)}:
+                self.limited[place.id] = limited
         decided = {
             target: source
             for target, source in links.items()
@@ -75,6 +87,16 @@ class Decisions:
                     arcs[end].append(arc)
         for transition, source in decided.items():
             self.of[transition.id] = self._read(source, transition, arcs[transition])
+        for place, original in self._originals.items():
+            if place.id in self.fields:
+                self.initial[place.id] = self._initial(original, self.fields[place.id])
+
+    @staticmethod
+    def _initial(place: pn.Place, fields: Fields) -> list[dict[str, Value]]:
+        balloons = list(place.balloons) if isinstance(place, sym.Place) else []
+        default = {name: field.default for name, field in fields.items()}
+        data = [default | read_data(each.data or "{}", fields) for each in balloons]
+        return [*data, *[default] * (place.tokens - len(data))][: place.tokens]
 
     def _fields(self, place: pn.Place) -> Fields:
         return {field.name: field for field in token_type_of(type_of_place(place, self._model)).fields}
@@ -111,3 +133,8 @@ class Decisions:
                 for place, given in step.assigned.items()
             },
         )
+
+
+def _is_limited(field: FieldType) -> bool:
+    values = field.range
+    return bool(values.listed) or values.minimum is not None or values.maximum is not None

@@ -17,6 +17,7 @@ from dineros.analysis.conformance.verdict import Deviation
 from dineros.metamodel.guards.conditions import Condition, comparisons
 from dineros.metamodel.guards.deciding import fulfils, value_text
 from dineros.metamodel.records import Checkpoint, Data, Drop, Fire, Record, Start, StoredToken
+from dineros.metamodel.token_data import FieldType
 
 
 class Values:
@@ -37,14 +38,17 @@ class Values:
         self._decisions = decisions
         self._tokens: dict[str, dict[int, Data]] = {place: {} for place in decisions.fields}
         self.unclear: list[Deviation] = []
+        self._started: set[str | None] = set()
 
     def fault(self, record: Record) -> Fault | None:
         """Return what is wrong with the data of a step; None: nothing is known to be wrong."""
-        for place, token in self._arriving(record):
-            for name, field in self._decisions.fields[place].items():
+        for place, token in _arriving(record) if self._decisions.limited else ():
+            for name, field in self._decisions.limited.get(place, {}).items():
                 value = token.data.get(name)
                 if type(value) is int and (allowed := field.range.fault(value)) is not None:
                     return Fault(f"{place}.{name} takes {allowed}, not {value}")
+        if isinstance(record, Start):
+            return self._misplaced(record)
         if isinstance(record, Fire) and (decision := self._decisions.of.get(record.transition)) is not None:
             return self._forbidden(record, decision) or self._misassigned(record, decision)
         return None
@@ -52,12 +56,14 @@ class Values:
     def happen(self, record: Record) -> None:
         """Apply a step that is allowed."""
         if isinstance(record, Start):
+            self._started.add(record.node)
             self._begin(record)
             return
         for place, id in self._leaving(record):
             self._tokens[place].pop(id, None)
-        for place, token in self._arriving(record):
-            self._tokens[place][token.id] = token.data
+        for place, token in _arriving(record):
+            if place in self._tokens:
+                self._tokens[place][token.id] = token.data
 
     def _begin(self, record: Start) -> None:
         apart = record.apart.get("marking", {}) if isinstance(record, Checkpoint) else {}
@@ -82,15 +88,28 @@ class Values:
                 found += [(each, unheeded) for each in getattr(record, "change", {}) if each != place]
         return [each for each in found if each[0] in self._tokens]
 
-    def _arriving(self, record: Record) -> list[tuple[str, StoredToken]]:
-        if isinstance(record, Fire):
-            found = [(place, token) for place, tokens in record.made.items() for token in tokens]
-        else:
-            place, token = getattr(record, "place", None), getattr(record, "token", None)
-            arrives = record.declared.token in ("arrives", "may arrive")
-            data = getattr(record, "data", None) or {}
-            found = [(place, StoredToken(token, data))] if arrives and place and token is not None else []
-        return [each for each in found if each[0] in self._tokens]
+    def _misplaced(self, record: Start) -> Fault | None:
+        """Return the place whose tokens have other data than in the model when the node first starts."""
+        is_late = isinstance(record, Checkpoint) and record.sequence > 1  # older parts were deleted
+        if is_late or record.resumed or record.node in self._started:
+            return None
+        apart = record.apart.get("marking", {}) if isinstance(record, Checkpoint) else {}
+        for place, tokens in record.marking.items():
+            fields = [
+                field
+                for field in self._decisions.fields.get(place, {}).values()
+                if field.kind in ("boolean", "integer") and all(field.name in each.data for each in tokens)
+            ]
+            if place in apart:
+                continue
+            found = sorted(_texts(fields, (each.data for each in tokens)))
+            expected = sorted(_texts(fields, self._decisions.initial.get(place, [])))
+            if found != expected and len(found) == len(expected):  # another number is found by the replay
+                pair = next(pair for pair in zip(found, expected, strict=True) if pair[0] != pair[1])
+                parts = [each for each in zip(*pair, strict=True) if each[0] != each[1]]
+                other, own = (", ".join(each) for each in zip(*parts, strict=True))
+                return Fault(f"{place} holds a token with {other}, in the model {own}")
+        return None
 
     def _forbidden(self, record: Fire, decision: Decision) -> Fault | None:
         """Return why a guard forbids a firing."""
@@ -159,3 +178,18 @@ class Values:
 
     def _note(self, record: Fire, reason: str) -> None:
         self.unclear.append(Deviation(record, step_words(record), reason))
+
+
+def _texts(fields: Iterable[FieldType], tokens: Iterable[Data]) -> list[tuple[str, ...]]:
+    """Return the values of some fields of each token, as guards write them."""
+    return [tuple(f"{f.name}={value_text(data[f.name], f)}" for f in fields) for data in tokens]
+
+
+def _arriving(record: Record) -> list[tuple[str, StoredToken]]:
+    """Return the tokens that a record puts on places, with their places."""
+    if isinstance(record, Fire):
+        return [(place, token) for place, tokens in record.made.items() for token in tokens]
+    place, token = getattr(record, "place", None), getattr(record, "token", None)
+    arrives = record.declared.token in ("arrives", "may arrive")
+    data = getattr(record, "data", None) or {}
+    return [(place, StoredToken(token, data))] if arrives and place and token is not None else []

@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from dineros.analysis.conformance import Monitor, Verdict, conform
 from dineros.metamodel import sym
 from dineros.metamodel.build import callback, node_net, place, read, step
+from dineros.metamodel.elements import find, transitions
 from dineros.metamodel.records import (
     Checkpoint,
     Data,
@@ -208,6 +209,9 @@ def test_a_token_that_is_read() -> None:
         if isinstance(record, Start) and (mode := record.marking.get("Mode")):
             marking = {**record.marking, "Mode": [StoredToken(mode[0].id, _answer(True, 2))]}
             wrong[number] = replace(record, marking=marking)
+    started = only(verdict_on(model, traces | {"spawner": wrong}))
+    assert "Mode holds a token with ok=true, level=HIGH, in the model ok=false, level=LOW" in started
+    find(model, "Mode", sym.Place).balloons.append(sym.BalloonToken(data='{"ok": true, "level": 2}'))
     assert "its guard allows no token of Mode, which it reads: level=HIGH" in only(
         verdict_on(model, traces | {"spawner": wrong})
     )
@@ -244,3 +248,16 @@ def test_data_that_the_traces_do_not_tell_is_unknown() -> None:
     verdict = verdict_on(model, traces | {"spawner": wrong})
     assert verdict.status == "unknown"
     assert "the data of the token that it takes from Got is unknown" in str(verdict.unknown[0])
+
+
+def test_values_outside_of_ranges_are_found_where_no_guard_asks() -> None:
+    """The server's step has no guard, and the model has none at all."""
+    model, traces = finished()
+    for each in transitions(model):
+        assert isinstance(each, sym.Transition)
+        each.guard = each.assigns = None
+    assert verdict_on(model, traces).status == "conforms"
+    wrong = sending(traces["manager"], "Ask[1].Exit", _answer(True, 3))
+    assert "Ask[1].Exit.level takes LOW, MIDDLE, HIGH, not 3" in only(
+        verdict_on(model, traces | {"manager": wrong})
+    )
