@@ -42,6 +42,8 @@ class Diagram:
         Bytes that store, hash table, cache and garbage-collector stack may take together.
     first_cache, first_buckets
         Initial entries of the cache and of the hash table (powers of two); both grow with the diagram.
+    most_cache
+        Entries that the cache may grow to; None: as many as the memory allows.
 
     Attributes
     ----------
@@ -62,8 +64,10 @@ class Diagram:
         memory: int,
         first_cache: int = FIRST_CACHE,
         first_buckets: int = FIRST_BUCKETS,
+        most_cache: int | None = None,
     ) -> None:
         self.encoding = encoding
+        self._most_cache: int | None = most_cache
         self.top = len(encoding.levels)
         self.memory = memory
         self.events = EventTables.of(encoding)
@@ -154,6 +158,7 @@ class Diagram:
         self.frame[:] = 0
         self.control[[store.LOWEST, store.HAVE, store.FIRED_KEY]] = 0
         self.control[store.CLOSED_KEY] = FIRST_CLOSED_KEY
+        self._most_cache = None
         self.root, self.saturated, self.complete = root, self.top, True
 
     def drive(
@@ -336,6 +341,7 @@ class Diagram:
 
     def _grow_cache(self, entries: int) -> None:
         """Grow the cache to a number of entries if there is enough memory."""
+        entries = min(entries, self._most_cache or entries)
         # While entries are copied, both caches exist.
         if entries * 16 * 5 // 4 <= self.memory * CACHE_SHARE and entries * 4 > self.cache.size:
             old, self.cache = self.cache, np.zeros(entries * 4, dtype=np.int32)

@@ -7,8 +7,8 @@ explores all components at once. The sets it meets say who was when before whom,
 set of all markings, in which this is forgotten.
 
 Here the events belong to stages. Stage n has the events of component n. When those of a stage are added, the
-set is closed under the events of each stage so far in turn, until none adds a marking. The set after each
-stage is the state space of a smaller net of the same kind, and the sets between are hardly larger.
+set is closed under the events of each stage so far, the latest ones first, until none adds a marking. The set
+after each stage is the state space of a smaller net of the same kind, and the sets between are hardly larger.
 
 The closure under the events of one stage is a saturation run (see `kernels.saturation`), with a key of its
 own in the cache.
@@ -50,6 +50,10 @@ FIRST_WORK, MOST_WORK = 300_000, 40_000_000
 #: Nodes above which garbage is collected, at least, and as a multiple of those that were left the last time.
 #: Sooner costs cached results, later costs memory and slower access to it.
 FIRST_GARBAGE, GARBAGE = 400_000, 4
+#: Entries that the cache may have: most results are not asked for again once their stage is closed.
+MOST_CACHE = 1 << 22
+#: Earlier stages that take part in a closure once it is closed under all later ones.
+ADDED_STAGES = 2
 #: Stage from which on the growth is known.
 KNOWN_GROWTH = 3
 
@@ -91,7 +95,7 @@ def staged(
     start = first_start(parts.encoding, EventTables.of(parts.encoding))
     inside = set(parts.components)
     order = [level for level in start if level in inside] + [level for level in start if level not in inside]
-    diagram = Diagram(parts.encoding, order, memory)
+    diagram = Diagram(parts.encoding, order, memory, most_cache=MOST_CACHE)
     run = _StagedRun(diagram, _events_of_stages(parts, order), most_work, progress)
     try:
         return diagram if run.finishes() else None, diagram.effort
@@ -181,14 +185,22 @@ class _StagedRun:
                 self._progress(replace(self._diagram.progress, at_least=found))
 
     def _closed_under(self, states: int, last: int) -> int | None:
-        """Return a set closed under the events of all stages up to one."""
-        idle, stage = 0, last
-        while idle <= last:
-            found = self._closed(states, stage)
-            if found is None:
-                return None
-            idle = 1 if found != states else idle + 1
-            states, stage = found, (stage + 1) % (last + 1)
+        """Return a set closed under the events of all stages up to one.
+
+        Components of late stages are near the top, where closures cost the least. So the set is closed under
+        the latest stages, in turn, before earlier ones take part.
+        """
+        idle: set[int] = set()  # the set is closed under these
+        for first in [*range(last, 0, -ADDED_STAGES), 0]:
+            stages = range(first, last + 1)
+            while not idle.issuperset(stages):
+                for stage in stages:
+                    if stage not in idle:
+                        found = self._closed(states, stage)
+                        if found is None:
+                            return None
+                        idle = idle | {stage} if found == states else {stage}
+                        states = found
         return states
 
     def _closed(self, states: int, stage: int) -> int | None:

@@ -7,6 +7,7 @@ import pytest
 from dineros.analysis.answers.budget import Progress
 from dineros.analysis.explicit import explore
 from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.symbolic import saturation
 from dineros.analysis.symbolic.counting import DiagramCounts
 from dineros.analysis.symbolic.engine import symbolic_state_space
 from dineros.analysis.symbolic.levels import encode
@@ -97,6 +98,44 @@ def rounds(processes: int) -> CompiledNet:
     return CompiledNet.build(places, transitions)
 
 
+def fast_exclusion(processes: int) -> CompiledNet:
+    """Lamport's fast mutual exclusion, where a process looks at the flags of the others in any order."""
+    every = range(1, processes + 1)
+    places = {f"{v} is {w}": int(w == 0) for v in "xy" for w in (0, *every)}
+    transitions: list[tuple[str, dict[str, int], dict[str, int]]] = []
+
+    def step(name: str, before: list[str], after: list[str]) -> None:
+        transitions.append((name, dict.fromkeys(before, 1), dict.fromkeys(after, 1)))
+
+    for i in every:
+        places |= {f"idle {i}": 1, f"down {i}": 1, f"up {i}": 0}
+        others = [j for j in every if j != i]
+        seen, new = ([f"{word} {i} {j}" for j in others] for word in ("seen", "new"))
+        places |= dict.fromkeys(seen, 0) | dict.fromkeys(new, 1)
+        for at in ("sets x", "tests y", "waits", "sets y", "tests x", "looks", "decides", "works", "leaves"):
+            places[f"{at} {i}"] = 0
+        step(f"start {i}", [f"idle {i}", f"down {i}"], [f"sets x {i}", f"up {i}"])
+        step(f"again {i}", [f"waits {i}", "y is 0"], [f"idle {i}", "y is 0"])
+        step(f"free {i}", [f"tests y {i}", "y is 0"], [f"sets y {i}", "y is 0"])
+        step(f"go {i}", [f"tests x {i}", f"x is {i}"], [f"works {i}", f"x is {i}"])
+        step(f"go late {i}", [f"decides {i}", f"y is {i}"], [f"works {i}", f"y is {i}"])
+        step(f"leave {i}", [f"leaves {i}", f"up {i}"], [f"idle {i}", f"down {i}"])
+        step(f"all seen {i}", [f"looks {i}", *seen], [f"decides {i}", *new])
+        for j, old, fresh in zip(others, seen, new, strict=True):
+            step(f"see {i} {j}", [f"looks {i}", fresh, f"down {j}"], [f"looks {i}", old, f"down {j}"])
+        for w in (0, *every):
+            x, y = f"x is {w}", f"y is {w}"
+            step(f"set x {i} {w}", [f"sets x {i}", x], [f"tests y {i}", f"x is {i}"])
+            step(f"set y {i} {w}", [f"sets y {i}", y], [f"tests x {i}", f"y is {i}"])
+            step(f"clear y {i} {w}", [f"works {i}", y], [f"leaves {i}", "y is 0"])
+            if w != 0:
+                step(f"taken {i} {w}", [f"tests y {i}", y, f"up {i}"], [f"waits {i}", y, f"down {i}"])
+            if w != i:
+                step(f"raced {i} {w}", [f"tests x {i}", x, f"up {i}"], [f"looks {i}", x, f"down {i}"])
+                step(f"lost {i} {w}", [f"decides {i}", y], [f"waits {i}", y])
+    return CompiledNet.build(places, transitions)
+
+
 def repetitions(clients: int, servers: int, room: int) -> CompiledNet:
     """Clients that repeat their requests until one is answered; all requests share room, and all answers."""
     places = {"room for requests": room, "room for answers": room}
@@ -164,6 +203,31 @@ def test_stages_reach_what_the_explicit_engine_reaches(processes: int) -> None:
     assert DiagramCounts(diagram).vectors() == explore(net).markings
 
 
+@pytest.mark.parametrize("processes", [2, 3])
+def test_processes_that_look_at_each_other_in_any_order(processes: int) -> None:
+    net = fast_exclusion(processes)
+    space = symbolic_state_space(net, order=[["unknown"]])  # so that stages come first
+    seen = explore(net)
+    assert (space.markings, space.arcs(), space.deadlocks()) == (seen.markings, seen.arcs, seen.deadlocks)
+
+
+def test_the_latest_components_are_closed_before_earlier_ones() -> None:
+    """All stages in turn take 401 702 cache misses, as closures of the components at the bottom cost most."""
+    diagram, work = staged(encode(fast_exclusion(5)), MEMORY)
+    assert diagram is not None
+    assert DiagramCounts(diagram).vectors() == 43_828_637
+    assert work < 280_000
+
+
+def test_the_cache_of_stages_stays_small(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(stages, "MOST_CACHE", saturation.FIRST_CACHE)
+    diagram, work = staged(encode(fast_exclusion(5)), MEMORY)
+    assert diagram is not None
+    assert work > saturation.FULL_CACHE * saturation.FIRST_CACHE  # it would have grown
+    assert diagram.cache.size == 4 * saturation.FIRST_CACHE
+    assert DiagramCounts(diagram).vectors() == 43_828_637
+
+
 @pytest.mark.parametrize("processes", [3, 4])
 def test_all_figures_are_those_of_the_explicit_engine(processes: int) -> None:
     net = claims(processes)
@@ -180,10 +244,10 @@ def test_all_figures_are_those_of_the_explicit_engine(processes: int) -> None:
     )
 
 
-def test_garbage_between_closures_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("net", [claims(4), fast_exclusion(3)])
+def test_garbage_between_closures_changes_nothing(monkeypatch: pytest.MonkeyPatch, net: CompiledNet) -> None:
     monkeypatch.setattr(stages, "FIRST_GARBAGE", 1)
     monkeypatch.setattr(stages, "GARBAGE", 1)
-    net = claims(4)
     diagram, _ = staged(encode(net), MEMORY)
     assert diagram is not None
     assert diagram.collections > 4
