@@ -71,6 +71,38 @@ def parameters_of(node: Node) -> list[Parameter]:
     ]
 
 
+def declared(name: str, at: Node) -> Node | None:
+    """Return the declaration of a local variable or parameter, as seen from a location in its function."""
+    node: Node | None = at
+    while node is not None:
+        around = node.parent
+        found: list[Node] = []
+        if around is not None and around.type == "compound_statement":
+            found = [each for each in around.named_children if each.end_byte <= node.start_byte]
+        elif around is not None and around.type in ("for_range_loop", "for_statement"):
+            found = [around, *around.named_children]
+        elif node.type in ("lambda_expression", "function_definition"):
+            function = function_of(node.child_by_field_name("declarator"))
+            function = function or node.child_by_field_name("declarator")
+            found = list(_of(function.child_by_field_name("parameters"))) if function is not None else []
+        for each in reversed(found):
+            one_by_one = each.children_by_field_name("declarator")
+            if each.child_by_field_name("type") is not None and name in map(name_of, one_by_one):
+                return each
+        node = around
+    return None
+
+
+def is_pointer(declaration: Node | None) -> bool:
+    """Return whether a declaration declares a plain pointer."""
+    node = declaration.child_by_field_name("declarator") if declaration is not None else None
+    while node is not None:
+        if node.type in ("pointer_declarator", "abstract_pointer_declarator"):
+            return True
+        node = node.child_by_field_name("declarator")
+    return False
+
+
 def _is_out(node: Node) -> bool:
     declarator = node.child_by_field_name("declarator")
     return (

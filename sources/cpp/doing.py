@@ -200,6 +200,8 @@ class Ros(Ports):
             return self._spin_in_thread(call)
         if self.waiting.is_guard(call) and args:
             return self.waiting.guard(call)
+        if path == "std::lock" and args:
+            return self.waiting.lock_together(call)
         if path.startswith("std::") and last in (*_ONCE, *_OFTEN) and any(map(is_callable, args)):
             return self._applied(call)
         if last in PRESETS or path in ("rclcpp::QoS", "rclcpp::KeepLast", "rclcpp::KeepAll"):

@@ -67,12 +67,21 @@ class Waiting:
             (self._label(value, text, call), value) for value, text in given if not text.endswith(_NOT_NOW)
         ]
         made.fields["locks"] = Items([value for _, value in names])
-        for name, value in names:
-            if not how:
-                self._lock(name, call, value)
-            elif how != "defer_lock":
-                self.machine.holding.append(name)
+        if not how:
+            self._lock(names, call)
+        elif how != "defer_lock":
+            self.machine.holding += [name for name, _ in names if name not in self.machine.holding]
         return made
+
+    def lock_together(self, call: Call) -> Value:
+        """Take the locks that ``std::lock`` gets; those of guards that wait for it, too."""
+        names: list[tuple[str, Value]] = []
+        for value, text in zip(call.args, _texts(call.node), strict=False):
+            held = value.fields.get("locks") if isinstance(value, Made) else None
+            inner = held.values if isinstance(held, Items) else [value]
+            names += [(self._label(each, text, call), each) for each in inner]
+        self._lock(names, call)
+        return Const(None)
 
     def method(self, call: Call, on: Made) -> Value | None:
         """Return the result of a method of a lock or a signal; None: another method."""
@@ -140,14 +149,16 @@ class Waiting:
 
     def _take(self, name: str, call: Call, lock: Value) -> None:
         if call.last.startswith("lock"):
-            self._lock(name, call, lock)
+            self._lock([(name, lock)], call)
         elif name in self.machine.holding:
             self.machine.holding.remove(name)
 
-    def _lock(self, name: str, call: Call, lock: Value) -> None:
-        is_held = name in self.machine.holding and isinstance(lock, Made) and lock.path in _HELD_ONCE
-        self.machine.does("lock", name, call.node, call.frame, HELD if is_held else "")
-        self.machine.holding.append(name)
+    def _lock(self, locks: list[tuple[str, Value]], call: Call) -> None:
+        """Wait for locks, and hold them: several at once are taken in an order that cannot deadlock."""
+        for name, lock in locks:
+            is_held = name in self.machine.holding and isinstance(lock, Made) and lock.path in _HELD_ONCE
+            self.machine.does("lock", name, call.node, call.frame, HELD if is_held else "")
+        self.machine.holding += [name for name, _ in locks]
 
     def _label(self, value: Value, text: str, call: Call) -> str:
         """Return the name of a lock or signal: one for each object, by the expression that first names it."""

@@ -112,7 +112,7 @@ class Loops(Fields):
 
     def _polls(self, loop: Node, frame: Frame) -> None:
         """Record that a loop waits until a member changes."""
-        polled = polled_member(loop, partial(self._meaning, frame))
+        polled = polled_member(loop, partial(self._meaning, frame), partial(self._bodies, frame))
         is_thread = self.fact.kind in ("thread", "event", *STARTING)
         if polled is None or is_thread:
             return
@@ -131,6 +131,12 @@ class Loops(Fields):
             if inner and inner[-1].type == "return_statement" and is_plain:
                 return found[1] + text_of(inner[-1]).removeprefix("return").strip(" ;")
         return test
+
+    def _bodies(self, frame: Frame, name: str) -> list[Node]:
+        """Return the bodies of the methods of this object with a name."""
+        this = frame.this
+        found = self.methods(this.cls, name) if this is not None and this.cls is not None else []
+        return [each.body for each in found if each.body is not None]
 
     def add_setters(self) -> None:
         """Give each callback that may end the wait of another one's loop an effect that says so.

@@ -6,11 +6,12 @@ from contextlib import nullcontext
 from typing import TYPE_CHECKING
 
 from dineros.sources.branches import Called
+from dineros.sources.cpp.declarators import declared, is_pointer
 from dineros.sources.cpp.following.expressions import Expressions, named
 from dineros.sources.cpp.following.machine import MOST_CALLS, MOST_STEPS, coerced
 from dineros.sources.cpp.index import Routine
-from dineros.sources.cpp.parsing import path_of, text_of
-from dineros.sources.cpp.values import Const, Either, Frame, Items, Obj, Open, Seconds, Value, options
+from dineros.sources.cpp.parsing import arguments_of, path_of, text_of
+from dineros.sources.cpp.values import Const, Either, Frame, Items, Made, Obj, Open, Seconds, Value, options
 
 if TYPE_CHECKING:
     from tree_sitter import Node
@@ -19,6 +20,28 @@ _LARGE = MOST_STEPS // 4
 """Steps after which only routines that may use ROS are followed."""
 _MOST_OBJECTS = 200
 """Limit of the objects whose members a skipped routine may change."""
+
+_POINTERS = ("SharedPtr", "ConstSharedPtr", "UniquePtr", "ConstUniquePtr", "ConstPtr")
+"""Names that classes of ROS give to pointers to their objects."""
+_WHOLE = (
+    "int",
+    "int32_t",
+    "int64_t",
+    "long",
+    "uint32_t",
+    "uint64_t",
+    "size_t",
+    "unsigned",
+    "int16_t",
+    "uint8_t",
+)
+_OF_CONSTANTS: dict[str, list[tuple[str, ...]]] = {
+    "bool": [("bool",), _WHOLE, ("double", "float")],
+    "int": [("int", "int32_t"), _WHOLE, ("double", "float"), ("bool",)],
+    "float": [("double",), ("float",), _WHOLE],
+    "str": [("string", "string_view", "char*")],
+}
+"""By the type of a constant: the types of parameters that fit, the best first."""
 
 
 class Routines(Expressions):
@@ -56,6 +79,7 @@ class Routines(Expressions):
             return Open(text_of(node)[:60])
         fitting = [each for each in found if len(each.parameters) == len(args)]
         fitting = fitting or [each for each in found if len(each.parameters) > len(args)] or found
+        fitting = self._of_types(fitting, args, node) if len(fitting) > 1 else fitting
         results = []
         for each in fitting[:4]:
             frame = self.frame_of(each, args, this, types)
@@ -67,6 +91,75 @@ class Routines(Expressions):
             finally:
                 self.sites.pop()
         return results[0] if len(results) == 1 else Either(tuple(results))
+
+    def _of_types(self, routines: list[Routine], args: list[Value], node: Node) -> list[Routine]:
+        """Return the overloads whose parameters have exactly the types of the arguments, as far as known.
+
+        If none has, all of them are possible.
+        """
+        function = node.child_by_field_name("function") if node.type == "call_expression" else None
+        given = named(node.child_by_field_name("arguments")) if function is not None else []
+        names = {each.name for each in routines}
+        last = path_of(function).replace("->", "::").replace(".", "::").rpartition("::")[2]
+        if not self.frames or len(given) != len(args) or names != {last}:
+            return routines
+        for number, (each, value) in enumerate(zip(given, args, strict=True)):
+            for kinds in self._types_of(each, value):
+                exact = [
+                    one
+                    for one in routines
+                    if number < len(one.parameters) and _is_among(self._type_of(one, number), kinds)
+                ]
+                if exact:
+                    routines = exact
+                    break
+        return routines
+
+    def _type_of(self, routine: Routine, number: int) -> str:
+        """Return the type of a parameter; empty: it depends on a template."""
+        kind = routine.parameters[number].type
+        space = routine.cls.full if routine.cls is not None else routine.space
+        is_known = kind is not None and path_of(kind) not in routine.templates
+        return self._spelled(kind, Frame(routine.path, space, None, routine.cls)) if is_known else ""
+
+    def _types_of(self, node: Node, value: Value) -> list[tuple[str, ...]]:
+        """Return the types that an argument may have, those that fit best first."""
+        if isinstance(value, Const) and value.value is not None:
+            return _OF_CONSTANTS[type(value.value).__name__]
+        if isinstance(value, Obj) and value.cls is not None:
+            return [(value.cls.full, f"{value.cls.full}*")]
+        if node.type == "call_expression" and text_of(node).startswith("std::move("):
+            node = named(node.child_by_field_name("arguments"))[0]
+        sign = text_of(node)[:1] if node.type == "pointer_expression" else ""
+        inner = node.child_by_field_name("argument") if sign else node
+        frame = self.frames[-1]
+        kind: Node | None = None
+        if inner is not None and inner.type == "identifier":
+            made = declared(text_of(inner), inner)
+            kind = made.child_by_field_name("type") if made is not None else None
+            if made is None and frame.this is not None and frame.this.cls is not None:
+                fields = (each.fields.get(text_of(inner)) for each in self.bases(frame.this.cls))
+                kind = next((each[0] for each in fields if each is not None), None)
+        elif inner is not None and inner.type in ("call_expression", "compound_literal_expression"):
+            kind = inner.child_by_field_name("function") or inner.child_by_field_name("type")
+            kind = kind if isinstance(value, Made) and value.path == self.type_text(kind, frame) else None
+        found = self._spelled(kind, frame) if kind is not None else ""
+        if not found:
+            return []
+        return [(found.removesuffix("*") if sign == "*" else f"{found}*" if sign == "&" else found,)]
+
+    def _spelled(self, kind: Node | None, frame: Frame) -> str:
+        """Return a type with a star for a pointer of any kind; empty: it is deduced."""
+        name = self.type_text(kind, frame)
+        scope, _, last = name.rpartition("::")
+        inner = arguments_of(kind)
+        if last in ("shared_ptr", "unique_ptr") and inner:
+            return f"{self.type_text(inner[0], frame)}*"
+        if last in _POINTERS and scope:
+            return f"{scope}*"
+        if inner or last == "auto":
+            return ""
+        return f"{name}*" if kind is not None and is_pointer(kind.parent) else name
 
     def frame_of(self, routine: Routine, args: list[Value], this: Obj | None, types: list[str]) -> Frame:
         """Return the variables with which a routine begins."""
@@ -123,6 +216,13 @@ class Routines(Expressions):
                         held.is_open = True
                 else:
                     self.assign(left, value, self.frames[-1])
+
+
+def _is_among(kind: str, kinds: tuple[str, ...]) -> bool:
+    """Return whether a type is one of several; their namespaces may be left out."""
+    return bool(kind) and any(
+        kind == each or kind.endswith(f"::{each}") or each.endswith(f"::{kind}") for each in kinds
+    )
 
 
 def _open_members(objects: list[Obj], words: frozenset[str], sets: frozenset[str]) -> None:

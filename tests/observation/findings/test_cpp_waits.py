@@ -128,6 +128,45 @@ def test_loops_that_end(tmp_path: Path, hears: str, tick: str) -> None:
     assert not waits(written(tmp_path, tick, hears=hears))
 
 
+@pytest.mark.parametrize(
+    ("tick", "hears", "is_found"),
+    [
+        # An atomic with a memory order, and texts.
+        (
+            "done_ = false; while (!done_.load(std::memory_order_acquire)) { rclcpp::sleep_for(5ms); }",
+            "done_.store(true, std::memory_order_release);",
+            True,
+        ),
+        ('while (rclcpp::ok()) { if (text_ == "idle") { break; } rclcpp::sleep_for(5ms); }', "HEARD", True),
+        ('text_.clear(); while (text_ != "idle") { rclcpp::sleep_for(5ms); }', "HEARD", True),
+        ('text_ = "idle"; while (text_ != "idle") { rclcpp::sleep_for(5ms); }', "HEARD", False),
+        # The loop does more than to wait; other variables change.
+        (
+            "while (!done_) { int turns = 0; turns++; left_ = 3; pub_->publish(std_msgs::msg::Empty()); }",
+            "SETS",
+            True,
+        ),
+        ("while (!done_) { count_spin_turns(); rclcpp::sleep_for(5ms); }", "SETS", True),
+        # It changes what it waits for, or runs callbacks, perhaps in a method.
+        ("while (!done_) { finish(); }", "SETS", False),
+        ("while (!done_) { turn(); }", "SETS", False),
+        ("while (!done_) { executor_.spin_some(); }", "SETS", False),
+        ("while (!done_) { spinOnce(); }", "SETS", False),
+    ],
+)
+def test_what_a_loop_does_besides_waiting(tmp_path: Path, tick: str, hears: str, is_found: bool) -> None:
+    hears = {"SETS": "done_ = true;", "HEARD": "text_ = msg->data;"}.get(hears, hears)
+    more = """}
+      void finish() { done_ = true; }
+      void turn() { executor_.spin_some(); }
+      void count_spin_turns() { left_++; }
+      std::string text_;
+      rclcpp::Publisher<String>::SharedPtr pub_;
+      void unused() {"""
+    written(tmp_path, tick, SINGLE, hears=hears, more=more)
+    assert waits(tmp_path) is is_found
+
+
 @pytest.mark.parametrize("group", ["nullptr", "group_"])
 @pytest.mark.parametrize(
     "tick",

@@ -363,3 +363,38 @@ class Robot : public rclcpp::Node {
 };
 """
     assert [each.name for each in _entities(tmp_path, robot)] == ["last", "base", "setup"]
+
+
+@pytest.mark.parametrize(
+    ("parameters", "argument", "made"),
+    [
+        (("const String &", "const std_msgs::msg::Bool &"), "text", "first"),
+        (("const std_msgs::msg::Bool &", "const String &"), "text", "second"),
+        (("std_msgs::msg::String", "String::SharedPtr"), "std::make_shared<String>(text)", None),
+        (("String::ConstSharedPtr", "const String &"), "kept", "first"),
+        (("std::shared_ptr<const String>", "const String &"), "*kept", "second"),
+        (("const String *", "const String &"), "&text", "first"),
+        (("const String &", "std_msgs::msg::Bool::UniquePtr"), "std::move(sent)", "second"),
+        (("int", "const std::string &"), "3", "first"),
+        (("double", "const std::string &"), '"front"', "second"),
+        (("double", "bool"), "true", "second"),
+        (("const std::string &", "double"), "member_", "second"),
+        (("const String &", "const std_msgs::msg::Bool &"), "unknown()", None),
+    ],
+)
+def test_overloads_are_chosen_by_the_types_of_arguments(
+    tmp_path: Path, parameters: tuple[str, str], argument: str, made: str | None
+) -> None:
+    """Without a known type, each of them is possible."""
+    functions = [
+        f'void make(rclcpp::Node & node, {kind} a) {{ node.create_publisher<String>("{name}", 1); }}\n'
+        for kind, name in zip(parameters, ("first", "second"), strict=True)
+    ]
+    methods = [each.replace("make(rclcpp::Node & node, ", "give(").replace("node.", "") for each in functions]
+    head = (
+        "void set(const String & text) { String::SharedPtr kept; std_msgs::msg::Bool::UniquePtr sent; CALL }"
+    )
+    for call, members in (("make(*this, {});", ""), ("give({});", "".join(methods))):
+        text = f"double member_;\n{members}" + head.replace("CALL", call.format(argument))
+        found = _of(tmp_path, "set(String());", text, "" if members else "".join(functions))
+        assert [each.name for each in found] == ([made] if made else ["first", "second"])

@@ -75,7 +75,6 @@ def _done(folder: Path, on_in: str, on_timer: str = "") -> list[tuple[str, str, 
     "code",
     [
         "std::lock_guard<std::mutex> a(m_); std::lock_guard<std::mutex> b(n_); pub_->publish(*msg);",
-        "std::scoped_lock both(m_, n_); pub_->publish(*msg);",
         "std::unique_lock<std::mutex> a{m_}; auto b = std::unique_lock(this->n_); pub_->publish(*msg);",
         "m_.lock(); n_.lock(); pub_->publish(*msg); n_.unlock(); m_.unlock();",
         "std::unique_lock<std::mutex> a(m_, std::defer_lock); a.lock();\nn_.lock(); pub_->publish(*msg);",
@@ -239,6 +238,33 @@ def test_locks_in_opposite_orders(tmp_path: Path, main: str, wraps: str, count: 
     _read(tmp_path, code.format("m_", "n_"), wraps.replace("TIMER", code.format("n_", "m_")), main)
     found = code_findings([(str(tmp_path), read_source(tmp_path))])
     assert [each.rule for each in found] == ["code-holds-lock"] * count
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        ("std::scoped_lock l(m_, n_);", "std::scoped_lock l(n_, m_);"),
+        (
+            "std::lock(m_, n_); std::lock_guard<std::mutex> a(m_, std::adopt_lock);",
+            "std::unique_lock<std::mutex> a(n_, std::defer_lock), b(m_, std::defer_lock); std::lock(a, b);",
+        ),
+    ],
+)
+def test_locks_that_are_taken_together_have_no_order(tmp_path: Path, one: str, other: str) -> None:
+    _read(tmp_path, one, f"std::thread([this]() {{ {other} }}).detach();", FOUR)
+    assert code_findings([(str(tmp_path), read_source(tmp_path))]) == []
+
+
+@pytest.mark.parametrize("both", ["std::scoped_lock l(m_, n_);", "std::lock(m_, n_);"])
+def test_locks_that_are_taken_together_are_held(tmp_path: Path, both: str) -> None:
+    assert _done(tmp_path, f"{both} pub_->publish(*msg);") == [
+        ("lock", "m_", "", ()),
+        ("lock", "n_", "", ()),
+        ("publish", "pub_", "", ("m_", "n_")),
+    ]
+    _read(tmp_path, f"{both} std::lock_guard<std::mutex> b(m_);")
+    (found,) = code_findings([(str(tmp_path), read_source(tmp_path))])
+    assert found.rule == "code-waits-for-itself"
 
 
 def test_a_rate_of_rclcpp_needs_no_timer(tmp_path: Path) -> None:
