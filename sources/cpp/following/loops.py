@@ -12,10 +12,10 @@ from dineros.sources.branches import Anything, Branch, Loop, Turns
 from dineros.sources.cpp.declarators import name_of
 from dineros.sources.cpp.following.expressions import named
 from dineros.sources.cpp.following.fields import Fields
-from dineros.sources.cpp.following.polling import CANCELED, POLLED, polled_member
+from dineros.sources.cpp.following.polling import CANCELED, POLLED, polled_members
 from dineros.sources.cpp.parsing import path_of, text_of
 from dineros.sources.cpp.values import NO_VALUE, Const, Frame, Items, Made, Open, Value, options
-from dineros.sources.facts import STARTING, Effect
+from dineros.sources.facts import STARTING, CallbackFact, Effect
 
 if TYPE_CHECKING:
     from tree_sitter import Node
@@ -112,13 +112,22 @@ class Loops(Fields):
 
     def _polls(self, loop: Node, frame: Frame) -> None:
         """Record that a loop waits until a member changes."""
-        polled = polled_member(loop, partial(self._meaning, frame), partial(self._bodies, frame))
+        kind = partial(self._kind_of, frame)
+        polled = polled_members(loop, partial(self._meaning, frame), partial(self._bodies, frame), kind)
         is_thread = self.fact.kind in ("thread", "event", *STARTING)
-        if polled is None or is_thread:
-            return
-        if polled.name == CANCELED or self._is_member(polled.holder, frame):
-            self.does("wait", polled.name, loop, frame, POLLED)
-            self.polled.setdefault(polled.name, set()).add(polled)
+        if polled and not is_thread:
+            words = " or ".join(sorted({each.name for each in polled}))
+            self.does("wait", words, loop, frame, POLLED)
+            self.polled.setdefault(words, set()).update(polled)
+
+    def _kind_of(self, frame: Frame, name: str) -> str:
+        """Return ``local`` for a variable of the function, ``member`` for one of the object, or empty."""
+        around: Frame | None = frame
+        while around is not None:
+            if name in around.values:
+                return "local"
+            around = around.outer
+        return "member" if self._is_member(name, frame) else ""
 
     def _meaning(self, frame: Frame, test: str) -> str:
         """Return a test with what a method of this object returns, if it does nothing else."""
@@ -149,13 +158,16 @@ class Loops(Fields):
             for effect in todo.fact.effects
             if (effect.do, effect.how) == ("wait", POLLED)
         }
-        for name in waited if not self.skipped else ():
-            for fact, values in self.changed.get(name, {}).values():
-                if any(each.may_end_at(value) for each in self.polled.get(name, ()) for value in values):
-                    fact.effects.append(Effect("notify", name, fact.at, "conditional"))
-        for todo in self.todo if CANCELED in waited else ():
-            if todo.fact.kind == "cancel":
-                todo.fact.effects.append(Effect("notify", CANCELED, todo.fact.at, "conditional"))
+        for words in waited:
+            setters: dict[int, CallbackFact] = {}
+            for polled in self.polled.get(words, ()):
+                for fact, values in self.changed.get(polled.name, {}).values() if not self.skipped else ():
+                    if any(polled.may_end_at(value) for value in values):
+                        setters[id(fact)] = fact
+                if polled.name == CANCELED:
+                    setters |= {id(each.fact): each.fact for each in self.todo if each.fact.kind == "cancel"}
+            for fact in setters.values():
+                fact.effects.append(Effect("notify", words, fact.at, "conditional"))
 
     def _is_member(self, name: str, frame: Frame) -> bool:
         """Return whether a name is a member of this object or a global variable, and not a local one."""

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from dineros.sources.cpp.declarators import name_of
 from dineros.sources.cpp.parsing import path_of, text_of
 from dineros.sources.cpp.values import Const, Made, Value
 
@@ -42,9 +43,27 @@ _HARMLESS = {
     *("hours", "minutes", "seconds", "milliseconds", "microseconds", "nanoseconds", "duration", "Duration"),
     *("load", "empty", "size", "length", "has_value", "test", "Rate", "WallRate"),
     *("publish", "publish_feedback", "sendTransform", "now", "make_shared", "make_unique", "to_string"),
-    *("c_str", "str", "get_goal", "get_name", "count_subscribers", "count_publishers", "service_is_ready"),
+    *(
+        "c_str",
+        "str",
+        "get_goal",
+        "is_canceling",
+        "is_active",
+        "is_executing",
+        "get_name",
+        "count_subscribers",
+        "count_publishers",
+        "service_is_ready",
+    ),
 }
 """Functions that change no member and run no callback."""
+_PURE = {
+    *("abs", "fabs", "sqrt", "hypot", "pow", "min", "max", "atan2", "floor", "round", "norm", "distance"),
+    *("load", "empty", "size", "length", "has_value", "test", "count", "front", "back", "at", "value", "get"),
+    *("find", "end", "begin", "c_str", "compare"),
+}
+"""Functions whose value changes only with their arguments and their object."""
+_WORD = re.compile(r"(?P<before>\.|->)?\b(?P<name>[A-Za-z_]\w*(?:::\w+)*)(?P<call>\s*\()?")
 _SPINS = re.compile(r"spin(_(some|all|once|node_\w+|until_\w+))?")
 """Functions that run callbacks."""
 _DEPTH = 3
@@ -94,43 +113,116 @@ def value_in_words(value: Value | None) -> str:
     return value.path if isinstance(value, Made) and not value.args and "::" in value.path else ""
 
 
-def polled_member(
-    loop: Node, meaning: Callable[[str], str], bodies: Callable[[str], list[Node]]
-) -> Polled | None:
-    """Return the member that a loop waits for; None: it may do something else, or end otherwise.
+def polled_members(
+    loop: Node,
+    meaning: Callable[[str], str],
+    bodies: Callable[[str], list[Node]],
+    kind: Callable[[str], str],
+) -> list[Polled]:
+    """Return the members that a loop waits for; none: it may do something else, or end otherwise.
 
-    `meaning` returns what a test means: of a method that only returns a member, that member. `bodies` returns
-    the bodies of the methods of this object with a name.
+    Parameters
+    ----------
+    loop : Node
+        The loop.
+    meaning : callable
+        Returns what a test means: of a method that only returns a member, that member.
+    bodies : callable
+        Returns the bodies of the methods of this object with a name.
+    kind : callable
+        Returns what a name is: ``member``, ``local`` for a variable of the function, or empty.
 
-    Each part of its condition is a test of this member, or asks whether the program shall end. Its body does
-    not change the member, runs no callbacks, and ends the loop by such tests only.
+    Notes
+    -----
+    Each part of its condition is a test of members, or asks whether the program shall end. Its body does not
+    change these members, runs no callbacks, and ends the loop by such tests only.
     """
     body, asked = loop.child_by_field_name("body"), text_of(loop.child_by_field_name("condition")).strip()
-    if body is None or "||" in asked or loop.child_by_field_name("update") is not None:
-        return None
+    if body is None or loop.child_by_field_name("update") is not None:
+        return []
     if asked.startswith("("):
         asked = asked.removeprefix("(").removesuffix(")")
-    parts = [each.strip() for each in asked.split("&&")]
-    found = [_tested(meaning(each)) for each in parts if not _OK.fullmatch(each)]
+    tests = [(each.strip(), False) for each in re.split(r"&&|\|\|", asked) if not _OK.fullmatch(each.strip())]
     todo = [body]
     while todo:
         each = todo.pop()
         if each.type in _LEAVES:
-            return None
+            return []
         if each.type == "if_statement" and _ends(each):
             condition = text_of(each.child_by_field_name("condition"))[1:-1].strip()
             if not _NOT_OK.fullmatch(condition):
-                found.append(_tested(meaning(condition), negated=True))
+                tests += [(one.strip(), True) for one in re.split(r"&&|\|\|", condition)]
             continue
         todo += each.named_children
-    polled = found[0] if len({each and each.name for each in found}) == 1 else None
-    return polled if polled is not None and _only_waits(body, polled, bodies, _DEPTH) else None
+    made = _declared(body)
+
+    def inside(name: str) -> str:
+        return "local" if name in made else kind(name)
+
+    found: list[Polled] = []
+    for asked, is_negated in tests:
+        test = meaning(asked)
+        one = _tested(test, negated=is_negated)
+        is_known = one is not None and (one.name == CANCELED or kind(one.holder) == "member")
+        more = [one] if one is not None and is_known else _depends_on(test, kind, _assigned(body))
+        if not more:
+            return []
+        found += more
+    return found if all(_only_waits(body, each, bodies, inside, _DEPTH) for each in found) else []
 
 
-def _only_waits(body: Node, polled: Polled, bodies: Callable[[str], list[Node]], depth: int) -> bool:
+def _declared(body: Node) -> set[str]:
+    """Return the variables that code declares with a value."""
+    found, todo = set(), [body]
+    while todo:
+        each = todo.pop()
+        todo += each.named_children
+        if each.type == "init_declarator":
+            found.add(name_of(each))
+    return found
+
+
+def _assigned(body: Node) -> set[str]:
+    """Return the first names of what code assigns."""
+    found, todo = set(), [body]
+    while todo:
+        each = todo.pop()
+        todo += each.named_children
+        if each.type in ("assignment_expression", "update_expression", "init_declarator"):
+            names = ("left", "argument", "declarator")
+            target = next((one for one in map(each.child_by_field_name, names) if one is not None), None)
+            found |= set(re.findall(r"\w+", text_of(target)))
+    return found
+
+
+def _depends_on(test: str, kind: Callable[[str], str], assigned: set[str]) -> list[Polled]:
+    """Return the members on which alone the value of a test depends; none: it depends on something else."""
+    found: list[Polled] = []
+    for each in _WORD.finditer(re.sub(r'"[^"]*"', "", test)):
+        before, name, is_called = each["before"], each["name"], bool(each["call"])
+        last = name.rpartition("::")[2]
+        if is_called and last not in _PURE:
+            return []
+        if before or is_called or "::" in name or name in ("this", "true", "false", "nullptr", "NULL"):
+            continue
+        if kind(name) == "member":
+            found.append(Polled(name, name))
+        elif kind(name) != "local" or name in assigned:
+            return []
+    return found
+
+
+def _only_waits(
+    body: Node,
+    polled: Polled,
+    bodies: Callable[[str], list[Node]],
+    kind: Callable[[str], str],
+    depth: int,
+) -> bool:
     """Return whether code does not run callbacks and does not change what a loop waits for.
 
-    Nothing in a loop requests to cancel a goal, so other code may do anything but run callbacks there.
+    Methods of local variables that this object does not have change only these. Nothing in a loop requests
+    to cancel a goal, so other code may do anything but run callbacks there.
     """
     todo = [body]
     while todo:
@@ -146,13 +238,15 @@ def _only_waits(body: Node, polled: Polled, bodies: Callable[[str], list[Node]],
         name = re.split(r"\.|->|::", path)[-1]
         if name in _HARMLESS or name.startswith(("RCLCPP_", "RCUTILS_")) or "msg::" in path:
             continue
-        inner = bodies(name) if re.fullmatch(r"(?:this->)?\w+", path) else []
+        root = re.split(r"\.|->|::", path)[0]
+        is_own = re.fullmatch(r"(?:this->)?\w+", path) is not None
+        inner = bodies(name) if is_own or kind(root) == "local" else []
         if _SPINS.fullmatch(name) or (not inner and "spin" in name.lower()):
             return False
         if inner and depth:
-            if not all(_only_waits(one, polled, bodies, depth - 1) for one in inner):
+            if not all(_only_waits(one, polled, bodies, lambda _: "", depth - 1) for one in inner):
                 return False
-        elif polled.name != CANCELED:
+        elif polled.name != CANCELED and (is_own or kind(root) != "local"):
             return False
     return True
 

@@ -147,7 +147,27 @@ def test_loops_that_end(tmp_path: Path, hears: str, tick: str) -> None:
             True,
         ),
         ("while (!done_) { count_spin_turns(); rclcpp::sleep_for(5ms); }", "SETS", True),
+        ("while (!done_) { auto text = std::make_shared<String>(); text->data.append(1); }", "SETS", True),
+        # Several members, a distance, and a request to cancel the goal.
+        ("while (!done_ || left_ < 2) { rclcpp::sleep_for(5ms); }", "SETS left_ = 1;", True),
+        (
+            "const int old = left_; while (std::abs(left_ - old) < 5) { rclcpp::sleep_for(5ms); }",
+            "left_++;",
+            True,
+        ),
+        ("while (!done_) { if (goal->is_canceling()) { return; } rclcpp::sleep_for(5ms); }", "SETS", True),
+        # It ends by time, or by a count.
+        (
+            "const auto end = now() + 1s; while (!done_ && now() < end) { rclcpp::sleep_for(5ms); }",
+            "SETS",
+            False,
+        ),
+        ("int i = 0; while (!done_ && i < 9) { i++; rclcpp::sleep_for(5ms); }", "SETS", False),
+        ("int i = 0; while (!done_) { if (++i > 9) { break; } rclcpp::sleep_for(5ms); }", "SETS", False),
+        ("while (left_ < 9) { left_++; rclcpp::sleep_for(5ms); }", "left_ = 0;", False),
+        ("while (!done_) { if (rand() > 9) { break; } rclcpp::sleep_for(5ms); }", "SETS", False),
         # It changes what it waits for, or runs callbacks, perhaps in a method.
+        ("auto self = shared_from_this(); while (!done_) { self->finish(); }", "SETS", False),
         ("while (!done_) { finish(); }", "SETS", False),
         ("while (!done_) { turn(); }", "SETS", False),
         ("while (!done_) { executor_.spin_some(); }", "SETS", False),
@@ -155,7 +175,7 @@ def test_loops_that_end(tmp_path: Path, hears: str, tick: str) -> None:
     ],
 )
 def test_what_a_loop_does_besides_waiting(tmp_path: Path, tick: str, hears: str, is_found: bool) -> None:
-    hears = {"SETS": "done_ = true;", "HEARD": "text_ = msg->data;"}.get(hears, hears)
+    hears = hears.replace("SETS", "done_ = true;").replace("HEARD", "text_ = msg->data;")
     more = """}
       void finish() { done_ = true; }
       void turn() { executor_.spin_some(); }
