@@ -186,7 +186,8 @@ class Ports:
         name = name or on_text(call.node)
         is_ready = not rest and name in self.machine.asked and self.machine.when != "always"
         self.machine.asked |= {name} if rest else set()
-        if is_ready or seconds == 0:  # it was tested before, or is only tested now
+        polled = seconds == 0 and self._is_polled(future)
+        if is_ready or (seconds == 0 and not polled):  # it was tested before, or is only tested now
             return Open("a result")
         bound = f"time-out {seconds} s" if seconds is not None else "without time-out"
         bound = "time-out that is open" if rest and seconds is None else bound
@@ -205,6 +206,13 @@ class Ports:
             what = text_of(call.node)[:40]
             self.machine.does("wait", what, call.node, call.frame, f"{how}, {bound}", timeout=seconds)
         return Open("a result")
+
+    def _is_polled(self, future: Value | None) -> bool:
+        """Return whether a loop tests a future again and again that this callback got before the loop."""
+        futures = [each for each in options(future) if isinstance(each, Made) and each.effect is not None]
+        loops = max((constant(each.fields.get("loops")) or 0 for each in futures), default=0)
+        is_own = any(each.effect in self.machine.fact.effects for each in futures)
+        return is_own and self.machine.loops > loops and not any(self.machine.ways_out[loops:])
 
 
 def _is_arrow(call: Call) -> bool:

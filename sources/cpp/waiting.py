@@ -29,6 +29,8 @@ _OK, _ENDS_WITH_OK = re.compile(r"\bok\(\)"), re.compile(r"\bok\(\)$")
 _EXITS = ("exit(", "std::exit(", "abort(", "std::abort(")
 BEGAN = "began"
 """Member of a thread: the id of the callback that has started it; 0: it has waited for its end."""
+ASKED = "asked"
+"""Member of the future of a thread: whether it has ended was tested, so a branch may know that."""
 SPUN = "spun"
 """Member of a promise: something has waited for it, so that it is set when it is waited for again."""
 _LONGEST = 60
@@ -97,7 +99,13 @@ class Waiting:
         if kind.endswith(_SIGNALS):
             return self._signal(call, on, kind)
         if kind == "thread" and call.last in ("join", "get", "wait"):
-            return self.join(call, on)
+            is_over = ASKED in on.fields and self.machine.when != "always"
+            return Open("a result") if is_over else self.join(call, on)
+        if kind == "thread" and call.last in ("wait_for", "wait_until"):
+            on.fields[ASKED] = Const(True)
+            is_repeated = bool(self.machine.ways_out) and not self.machine.ways_out[-1]
+            is_own = on.fields.get(BEGAN) == Const(id(self.machine.fact))
+            return self.join(call, on) if is_repeated and is_own else Open("a status")
         return None
 
     def _signal(self, call: Call, on: Made, kind: str) -> Value | None:

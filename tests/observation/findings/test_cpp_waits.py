@@ -241,6 +241,16 @@ def test_a_promise_that_was_asked_with_a_time_out_is_set(tmp_path: Path) -> None
         ("std::async(std::launch::async, &Robot::ask, this);", True),
         ("auto job = std::async([this]() { ask(); }); done_ = true;", True),
         ("auto job = std::async([this]() { ask(); }); kept_ = std::move(job);", False),
+        (
+            "kept_ = std::async([this]() { ask(); }); "
+            "while (kept_.wait_for(1ms) != std::future_status::ready) { rclcpp::sleep_for(1ms); }",
+            True,
+        ),
+        (
+            "kept_ = std::async([this]() { ask(); }); "
+            "if (kept_.wait_for(0s) == std::future_status::ready) { kept_.get(); }",
+            False,
+        ),
         ("std::thread worker([this]() { ask(); }); worker.join();", True),
         ("std::thread worker([this]() { ask(); }); worker.detach();", False),
         ("std::jthread worker([this]() { ask(); });", True),

@@ -193,6 +193,14 @@ def test_a_sleep_of_a_clock_is_one(tmp_path: Path) -> None:
         ),
         ("f.wait_for(2s);\nf.get();", "blocks, without time-out"),
         ("if (f.wait_for(0s) == std::future_status::ready) {\nf.get(); }", "async"),
+        (
+            "while (rclcpp::ok()) { if (f.wait_for(0s) == std::future_status::ready) { break; } }",
+            "blocks, without time-out",
+        ),
+        (
+            "for (int i = 0; i < 5; ++i) { if (f.wait_for(0s) == std::future_status::ready) { return; } }",
+            "async",
+        ),
     ],
 )
 def test_how_long_a_response_is_waited_for(tmp_path: Path, code: str, how: str) -> None:
