@@ -63,7 +63,7 @@ _ADAPTED = {
 TRANSITIONS = ("on_configure", "on_activate", "on_deactivate", "on_cleanup", "on_shutdown", "on_error")
 """Methods of a node with a lifecycle that its transitions call."""
 _OF_CONTROLLERS = {
-    "on_init": "transition",
+    **dict.fromkeys(("on_init", "on_set_chained_mode"), "transition"),
     **dict.fromkeys(("update", "update_and_write_commands", "update_reference_from_subscribers"), "thread"),
 }
 """Methods of a controller that its manager calls, the latter in a loop on a thread of its own."""

@@ -176,6 +176,9 @@ class Calls(Routines):
             on = self.value(left, frame)
             field = function.child_by_field_name("field")
             args = self.values(inner, frame)
+            held = [each for each in options(on) if isinstance(each, (Lambda, Method))]
+            if held and text_of(field) == "second":  # lists of this reader have the values of a map only
+                return self.invoke(held[0] if len(held) == 1 else Either(tuple(held)), args, node, frame)
             if text_of(field) in CHANGES:
                 value = CHANGES[text_of(field)] or value_in_words(args[0] if args else None)
                 self.note_change(path_of(left).rpartition("->")[2], value)
@@ -193,8 +196,20 @@ class Calls(Routines):
             return self._plain(Call(node, frame, path_of(function), args, name=function))
         if function.type in ("primitive_type", "sized_type_specifier") and len(args) == 1:  # int(rate * 1000)
             return coerced(text_of(function), args[0])
-        called = self.value(function, frame)
+        called = self._by_pointer(function, frame) or self.value(function, frame)
         return self.invoke(called, args, node, frame)
+
+    def _by_pointer(self, function: Node, frame: Frame) -> Value | None:
+        """Return the method that ``(this->*state_)`` calls; None: another expression.
+
+        The grammar does not know this operator.
+        """
+        sign = next((each for each in function.named_children if each.type == "ERROR"), None)
+        if sign is None or text_of(sign) not in ("this->*", "(this->*"):
+            return None
+        found = options(self.value(function.named_children[-1], frame))
+        bound = tuple(replace(each, this=frame.this) if isinstance(each, Method) else each for each in found)
+        return bound[0] if len(bound) == 1 else Either(bound)
 
     def _is_pointer(self, function: Node, on: Value) -> bool:
         """Return whether a method belongs to a smart pointer itself, and not to the object that it holds."""

@@ -398,3 +398,33 @@ def test_overloads_are_chosen_by_the_types_of_arguments(
         text = f"double member_;\n{members}" + head.replace("CALL", call.format(argument))
         found = _of(tmp_path, "set(String());", text, "" if members else "".join(functions))
         assert [each.name for each in found] == ([made] if made else ["first", "second"])
+
+
+@pytest.mark.parametrize(
+    ("makes", "calls", "member"),
+    [
+        ('calls_["a"] = [this] { send(); };', "auto it = calls_.find(key); it->second();", ""),
+        ('calls_.emplace("a", [this] { send(); });', "calls_.at(key)();", ""),
+        ('calls_["a"] = std::bind(&Robot::send, this);', "for (auto & [k, call] : calls_) { call(); }", ""),
+        ("", "(this->*state_)();", "using State = void (Robot::*)(); State state_ = &Robot::send;"),
+        ("state_ = &Robot::send;", "(this->*state_)();", "using State = void (Robot::*)(); State state_;"),
+    ],
+)
+def test_functions_that_members_hold_are_followed(
+    tmp_path: Path, makes: str, calls: str, member: str
+) -> None:
+    body = (
+        f'pub_ = create_publisher<String>("out", 1); {makes}\n'
+        + """
+      sub_ = create_subscription<String>("in", 1, [this](const String & text) { onText(text); run("a"); });"""
+    )
+    members = f"""void send() {{ pub_->publish(String()); }}
+      void run(const std::string & key) {{ {calls} }}
+      rclcpp::Publisher<String>::SharedPtr pub_;
+      rclcpp::Subscription<String>::SharedPtr sub_;
+      std::map<std::string, std::function<void()>> calls_;
+      {member}"""
+    _of(tmp_path, body, members)
+    (node,) = read_source(tmp_path).nodes
+    (found,) = [each for each in node.callbacks if each.kind == "subscription"]
+    assert [each.do for each in found.effects if each.do == "publish"] == ["publish"]
