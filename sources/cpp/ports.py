@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dineros.sources.cpp.binding import bound
 from dineros.sources.cpp.following.calls import Call
+from dineros.sources.cpp.following.durations import FOREVER
 from dineros.sources.cpp.following.statements import Statements
 from dineros.sources.cpp.making import Maker
 from dineros.sources.cpp.parsing import on_text, text_of
@@ -136,9 +137,10 @@ class Ports:
         return Made("future", effect=effect)
 
     def _wait_for(self, call: Call, on: Port) -> Value:
-        seconds = constant(call.args[0]) if call.args else None
+        limit = _limit(call.args)
+        seconds = constant(limit[0]) if limit else None
         how = f"time-out {seconds} s" if seconds is not None else "without time-out"
-        how = "time-out that is open" if call.args and seconds is None else how
+        how = "time-out that is open" if limit and seconds is None else how
         do = "wait_for_server" if on.entity.kind == "action_clients" else "wait_for_service"
         effect = self.machine.does(do, on.entity.port, call.node, call.frame, how, on.entity, seconds)
         effect.is_repeated = is_repeated_until_true(call.node)
@@ -179,6 +181,7 @@ class Ports:
         return self._future(effect)
 
     def _await(self, call: Call, future: Value | None, rest: list[Value], how: str) -> Value:
+        rest = _limit(rest)
         seconds = constant(rest[0]) if rest else None
         name = next(
             (text_of(node) for node, arg in zip(call.nodes, call.args, strict=False) if arg is future), ""
@@ -213,6 +216,12 @@ class Ports:
         loops = max((constant(each.fields.get("loops")) or 0 for each in futures), default=0)
         is_own = any(each.effect in self.machine.fact.effects for each in futures)
         return is_own and self.machine.loops > loops and not any(self.machine.ways_out[loops:])
+
+
+def _limit(args: list[Value]) -> list[Value]:
+    """Return the arguments without a time-out that is longer than any program runs."""
+    seconds = constant(args[0]) if args else None
+    return [] if isinstance(seconds, (int, float)) and seconds >= FOREVER else args
 
 
 def _is_arrow(call: Call) -> bool:

@@ -13,12 +13,16 @@ UNITS = {
 }
 """Seconds of units of durations."""
 
+FOREVER = 1e8
+"""Seconds from which on a time-out counts as none, such as ``std::chrono::hours::max()``."""
+
 
 def duration(path: str, template: str, args: list[Value]) -> Value | None:
     """Return the duration that a constructor creates; None: it creates something else."""
     last = path.rpartition("::")[2]
     if not args:
-        return None
+        is_longest = last == "max" and ("chrono::" in path or path.endswith("Duration::max"))
+        return Seconds(FOREVER) if is_longest else None
     value = args[0]
     if last in ("duration_cast", "to_chrono") or (isinstance(value, Seconds) and last in UNITS):
         return value

@@ -192,6 +192,7 @@ def test_a_sleep_of_a_clock_is_one(tmp_path: Path) -> None:
             "blocks, time-out 2.0 s",
         ),
         ("f.wait_for(2s);\nf.get();", "blocks, without time-out"),
+        ("f.wait_for(std::chrono::hours::max());", "blocks, without time-out"),
         ("if (f.wait_for(0s) == std::future_status::ready) {\nf.get(); }", "async"),
         (
             "while (rclcpp::ok()) { if (f.wait_for(0s) == std::future_status::ready) { break; } }",
