@@ -43,7 +43,7 @@ GIVES = Fault(
 FORGETS = Fault(
     "code-never-awaits",
     "warning",
-    "A callback calls a coroutine and does not await it: nothing of it runs.",
+    "A callback calls a coroutine and does not await it, or is a generator: nothing of it runs.",
     "{who} {words}: nothing of it runs",
 )
 IGNORES = Fault("code-ignores", "note", "The result of a goal is ignored.", "{who} {words}")
@@ -164,7 +164,10 @@ def _of_callback(callback: CallbackFact, node: NodeFact) -> Iterator[tuple[Place
         elif effect.do == "loop" and effect.how:
             yield finding(LOOPS, effect, f"may loop forever ({effect.what}): {effect.how}")
         elif effect.do == "forgets":
-            yield finding(FORGETS, effect, f"calls the coroutine {effect.what} and does not await it")
+            words = f"calls the coroutine {effect.what} and does not await it"
+            if effect.how == "generator":
+                words = "has yield, so a call only makes a generator, and rclpy asks it for nothing"
+            yield finding(FORGETS, effect, words)
         elif effect.do == "input" and not is_asked:
             is_asked = True
             yield finding(WAITS, effect, "waits for keyboard input")

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import ast
+from collections.abc import Sequence
 
 from dineros.sources.branches import Called
 from dineros.sources.facts import CallbackFact
-from dineros.sources.language.machine import EVENT, MOST_CALLS, Activity
+from dineros.sources.language.machine import MOST_CALLS, Activity
 from dineros.sources.language.modules import Module
 from dineros.sources.language.operations import short
 from dineros.sources.language.running.statements import Statements
@@ -17,6 +18,7 @@ from dineros.sources.language.values import (
     Either,
     Frame,
     Function,
+    Generator,
     Holder,
     Items,
     Made,
@@ -30,6 +32,7 @@ from dineros.sources.language.values import (
     Value,
     is_none,
     join,
+    options,
 )
 from dineros.sources.places import Place
 
@@ -119,7 +122,31 @@ class Interpreter(Statements):
         if isinstance(function.node, ast.AsyncFunctionDef) and node is self.unused:
             self.effect("forgets", function.name, node, frame)
             return Open(short(node))
-        depth = sum(each.node is function.node for each in self.calls)
+        if _is_generator(function) and not function.decorators:
+            return Generator(function, args, keys, instance)
+        return self._body(function, args, keys, node, frame, instance)
+
+    def drawn(self, value: Value, node: ast.AST, frame: Frame) -> Value:
+        """Return what a value gives one after the other: a generator runs now."""
+        if not any(isinstance(each, Generator) for each in options(value)):
+            return value
+        return join(
+            self._body(each.function, each.args, each.keys, node, frame, each.instance)
+            if isinstance(each, Generator)
+            else each
+            for each in options(value)
+        )
+
+    def _body(
+        self,
+        function: Function,
+        args: list[Value],
+        keys: dict[str, Value],
+        node: ast.AST,
+        frame: Frame,
+        instance: Value | None,
+    ) -> Value:
+        depth = sum(each.node is function.node and each.code is function.code for each in self.calls)
         if len(self.calls) >= MOST_CALLS or depth > 1:
             self.activity.is_lost = True
             if depth <= 1:
@@ -140,8 +167,7 @@ class Interpreter(Statements):
         try:
             with self.block() as body:
                 if isinstance(function.node, ast.Lambda):
-                    if len(self.calls) == 1 and activity.fact.kind not in (EVENT, "main", "module"):
-                        self.unused = function.node.body  # rclpy does not await what a lambda returns
+                    self.gives_to_rclpy(function.node.body)
                     return self.evaluate(function.node.body, inner)
                 ends = self.execute(function.node.body, inner)
         finally:
@@ -288,8 +314,10 @@ class Interpreter(Statements):
                     name = f"lambda -> {inner.attr}"
                 elif isinstance(inner, ast.Name):
                     name = f"lambda -> {inner.id}"
-            place = Place(function.frame.module.path, function.node.lineno)
-            return name, place, isinstance(function.node, ast.AsyncFunctionDef)
+            is_async = isinstance(function.node, ast.AsyncFunctionDef)
+            if function.original is not None:
+                return *self.described(function.original)[:2], is_async
+            return name, Place(function.frame.module.path, function.node.lineno), is_async
         if isinstance(function, Object):
             inner_call = self.look_up(function.cls, "__call__")
             if inner_call is not None:
@@ -320,11 +348,28 @@ def _is_lost(function: Function, node: ast.AST, awaited: ast.AST | None) -> bool
         return True
     if isinstance(function.node, ast.AsyncFunctionDef) and node not in (awaited, function.node):
         return True
+    return _is_generator(function)
+
+
+def _is_generator(function: Function) -> bool:
+    """Return whether a call of a function runs nothing of its body yet."""
     known: bool | None = getattr(function.node, "is_generator", None)
     if known is None:
-        known = any(isinstance(each, (ast.Yield, ast.YieldFrom)) for each in ast.walk(function.node))
+        known = not isinstance(function.node, ast.Lambda) and _yields(function.node.body)
         function.node.is_generator = known  # type: ignore[union-attr]
     return known
+
+
+def _yields(parts: Sequence[ast.AST]) -> bool:
+    """Return whether code has a ``yield`` that is not in a function inside it."""
+    return any(
+        isinstance(each, (ast.Yield, ast.YieldFrom))
+        or (not isinstance(each, _INNER) and _yields(list(ast.iter_child_nodes(each))))
+        for each in parts
+    )
+
+
+_INNER = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda, ast.ClassDef)
 
 
 _PLAIN = frozenset(("staticmethod", "classmethod", "property", "override", "abstractmethod"))

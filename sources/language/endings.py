@@ -19,6 +19,8 @@ def why_endless(node: ast.While) -> str:
             continue
         if isinstance(part, (ast.Name, ast.Attribute)) and isinstance(part.ctx, ast.Store):
             stored.add(ast.unparse(part))
+        if isinstance(part, (ast.Yield, ast.YieldFrom)):
+            return ""  # what asks for values may stop
         if isinstance(part, ast.Try):
             return ""  # an exception may be its exit
         inner = part if isinstance(part, ast.If) else under

@@ -28,6 +28,7 @@ from dineros.sources.language.values import (
     Open,
     Outside,
     OutsideMethod,
+    Partial,
     Response,
     SuperOf,
     Text,
@@ -179,7 +180,7 @@ class Expressions(Collections):
                     return self.call(Bound(found, value), [], {}, node, frame)
                 return found if "staticmethod" in found.decorators else Bound(found, value)
             if found is not None:
-                return Const(found.value, found.origin or "variable") if isinstance(found, Const) else found
+                return self._of_class(found, value, node, frame)
             if name == "__class__":
                 return value.cls
         known = self.library.attribute(value, name)
@@ -192,6 +193,19 @@ class Expressions(Collections):
         ):
             return value
         return OutsideMethod(value, name, text)
+
+    def _of_class(self, found: Value, instance: Object, node: ast.AST, frame: Frame) -> Value:
+        """Return what the class of an instance has under a name, and no function: also descriptors."""
+        if isinstance(found, Const):
+            return Const(found.value, found.origin or "variable")
+        if isinstance(found, Made) and found.path == "functools.partialmethod" and found.args:
+            inner = found.args[0]
+            bound = Bound(inner, instance) if isinstance(inner, Function) else inner
+            return Partial(bound, found.args[1:], found.keys)
+        get = self.look_up(found.cls, "__get__") if isinstance(found, Object) else None
+        if isinstance(get, Function):
+            return self.call(Bound(get, found), [instance, instance.cls], {}, node, frame)
+        return found
 
     def member(self, module: Module, name: str) -> Value | None:
         """Return a variable of a module, or a module in a package."""
@@ -254,6 +268,11 @@ class Expressions(Collections):
             frame.returns.append(Items([self.evaluate(node.value, frame)], is_open=True))
         return Open("yield")
 
+    def _value_of_YieldFrom(self, node: ast.YieldFrom, frame: Frame) -> Value:  # noqa: N802
+        values, _ = self.turns(self.drawn(self.evaluate(node.value, frame), node, frame))
+        frame.returns.append(Items(values, is_open=True))
+        return Open("yield from")
+
     def _value_of_Call(self, node: ast.Call, frame: Frame) -> Value:  # noqa: N802
         if isinstance(node.func, ast.Name) and node.func.id == "super":
             return self._super(node, frame)
@@ -261,7 +280,7 @@ class Expressions(Collections):
         args: list[Value] = []
         for each in node.args:
             if isinstance(each, ast.Starred):
-                values, is_exact = self.turns(self.evaluate(each.value, frame))
+                values, is_exact = self.turns(self.drawn(self.evaluate(each.value, frame), each.value, frame))
                 args += values if is_exact else [Open(short(each))]
             else:
                 args.append(self.evaluate(each, frame))

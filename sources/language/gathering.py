@@ -40,7 +40,7 @@ class Collections(Operations):
         is_open = False
         for each in nodes:
             if isinstance(each, ast.Starred):
-                values, is_exact = self.turns(self.evaluate(each.value, frame))
+                values, is_exact = self.turns(self.drawn(self.evaluate(each.value, frame), each.value, frame))
                 found += values
                 is_open |= not is_exact
             else:
@@ -147,7 +147,9 @@ class Collections(Operations):
                 make(inner)
                 return
             generator = node.generators[index]
-            values, exact = self.turns(self.evaluate(generator.iter, frame if index == 0 else inner))
+            here = frame if index == 0 else inner
+            value = self.drawn(self.evaluate(generator.iter, here), generator.iter, here)
+            values, exact = self.turns(value)
             is_exact &= exact
             if not exact:
                 with self.perhaps(is_loop=True):

@@ -29,12 +29,14 @@ from dineros.sources.language.values import (
 def callback_key(function: Value) -> tuple[Hashable, ...]:
     """Return the key of a callback; its first part is the code."""
     if isinstance(function, Bound):
-        return (id(function.function.node), id(function.instance))
+        return (id(function.function.code), id(function.instance))
     if isinstance(function, Function):
         values = (*_around(function).items(), *sorted(function.defaults.items()))
-        return (id(function.node), *((name, _made_again(value)) for name, value in values))
+        return (id(function.code), *((name, _made_again(value)) for name, value in values))
     if isinstance(function, Partial):
         return callback_key(function.function)
+    if isinstance(function, Object):
+        return (id(function),)
     return (type(function).__name__, getattr(function, "path", ""))
 
 

@@ -401,6 +401,10 @@ class Machine(Slots):
         """Return what a loop over a value goes through, and whether that is exactly known."""
         raise NotImplementedError
 
+    def drawn(self, value: Value, node: ast.AST, frame: Frame) -> Value:
+        """Return what a value gives one after the other: a generator runs now."""
+        raise NotImplementedError
+
     def module_frame(self, module: Module, *, is_script: bool = False) -> Frame:
         """Return the variables of a module, which runs on first use."""
         raise NotImplementedError

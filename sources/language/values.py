@@ -132,18 +132,37 @@ class Frame:
 
 @dataclass(eq=False)
 class Function(Value):
-    """A function, method or lambda of the program."""
+    """A function, method or lambda of the program.
+
+    `original`: the function that decorators of the program have replaced by this one.
+    """
 
     node: ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda
     frame: Frame
     owner: Class | None = None
     defaults: dict[str, Value] = field(default_factory=dict)
     decorators: tuple[str, ...] = ()
+    original: Function | None = None
 
     @property
     def name(self) -> str:
         """Its name; ``lambda``."""
         return "lambda" if isinstance(self.node, ast.Lambda) else self.node.name
+
+    @property
+    def code(self) -> ast.AST:
+        """What distinguishes it from other functions: one decorator makes many functions of one text."""
+        return self.node if self.original is None else self.original.node
+
+
+@dataclass(eq=False)
+class Generator(Value):
+    """What a call of a function with ``yield`` gives: its body runs when something asks for values."""
+
+    function: Function
+    args: list[Value]
+    keys: dict[str, Value]
+    instance: Value | None
 
 
 @dataclass(eq=False)

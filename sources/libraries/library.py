@@ -6,6 +6,7 @@ import ast
 import sys
 from collections.abc import Callable
 from collections.abc import Mapping as AnyMapping
+from contextlib import nullcontext
 
 from dineros.sources.facts import TRANSFORM, NodeFact, is_open
 from dineros.sources.language.constants import call_built_in
@@ -17,6 +18,7 @@ from dineros.sources.language.values import (
     Const,
     Frame,
     Future,
+    Generator,
     Goal,
     Items,
     Made,
@@ -92,6 +94,7 @@ class RosLibrary:
 
     def call(self, path: str, args: list[Value], keys: Keys, node: ast.AST, frame: Frame) -> Value:
         """Call a function or class by its dotted name."""
+        args = self._drawn(args, node, frame, is_one=path == "builtins.next")
         made = Made(path, args, keys, self.machine.place(node, frame))
         made.level = self.machine.activity.conditional
         last = path.rpartition(".")[2]
@@ -113,6 +116,13 @@ class RosLibrary:
             self._lend(made)
             return self.doer.once(made, made.at) if last in _WAITED_FOR else made
         return found
+
+    def _drawn(self, args: list[Value], node: ast.AST, frame: Frame, *, is_one: bool = False) -> list[Value]:
+        """Run the generators among arguments; as far as the next value, if `is_one`."""
+        if not any(isinstance(each, Generator) for value in args for each in options(value)):
+            return args
+        with self.machine.perhaps() if is_one else nullcontext():
+            return [self.machine.drawn(each, node, frame) for each in args]
 
     def _escape(self, args: list[Value], keys: Keys, *, is_read: bool = True) -> None:
         for each in (*args, *keys.values()):
@@ -165,6 +175,10 @@ class RosLibrary:
             return NONE
         if path in ("functools.partial", "partial") and args:
             return Partial(args[0], args[1:], keys)
+        if path == "functools.partialmethod":
+            return made
+        if path == "types.MethodType" and len(args) == 2:
+            return Partial(args[0], args[1:], {})
         if path in QUEUES or path == "collections.deque":
             if path not in QUEUES:
                 return Items([])
@@ -242,6 +256,10 @@ class RosLibrary:
     ) -> Value:
         """Call a method that no class of the program has."""
         value, name = method.instance, method.name
+        if isinstance(value, Generator):
+            return self._drawn([value], node, frame, is_one=True)[0]
+        if not isinstance(value, (Items, Mapping)):
+            args = self._drawn(args, node, frame)
         found = self.idioms.method(value, name, args, node, frame)
         if found is None and isinstance(value, Port):
             found = self.doer.port(value, name, args, keys, node, frame)

@@ -11,7 +11,16 @@ from dineros.sources.language.fields.messages import answered
 from dineros.sources.language.fields.responses import leave_open
 from dineros.sources.language.machine import EVENT, MOST_STEPS_OF_EVENTS, Activity, TooLong
 from dineros.sources.language.running.polling import add_setters
-from dineros.sources.language.values import Bound, Callback, Const, Function, Value, options
+from dineros.sources.language.values import (
+    Bound,
+    Callback,
+    Const,
+    Function,
+    Generator,
+    Object,
+    Value,
+    options,
+)
 from dineros.sources.libraries.certain import find_variables
 
 
@@ -64,17 +73,21 @@ def _read(machine: Interpreter, callback: Callback) -> None:
     machine.reading = callback
     fact = callback.fact
     fact.effects = []
-    node: ast.AST = getattr(_target(callback.function), "node", None) or ast.Pass(
-        lineno=fact.at.line, col_offset=0
-    )
+    target = _target(callback.function)
+    if isinstance(target, Object):
+        target = machine.look_up(target.cls, "__call__") or target
+    node: ast.AST = getattr(target, "node", None) or ast.Pass(lineno=fact.at.line, col_offset=0)
     activity = Activity(fact, callback.node)
     machine.trail = [("callback", id(callback.first().fact))]
     machine.calls = []
-    frame = getattr(_target(callback.function), "frame", None)
+    frame = getattr(target, "frame", None)
     if frame is None:
+        fact.is_open = True
         return
     with machine.doing(activity):
         found = machine.call(callback.function, list(callback.args), {}, node, frame)
+        if isinstance(found, Generator):
+            machine.effect("forgets", fact.name, node, frame, "generator")
     if fact.kind in ("service", "execute", "goal", "cancel"):
         fact.lacks = _lacks(callback, found)
     fact.body = activity.block

@@ -20,8 +20,8 @@ from dineros.sources.language.endings import (
 from dineros.sources.language.machine import BREAKS, CONTINUES, FALLS, RAISES, RETURNS, Activity
 from dineros.sources.language.modules import text_of_code
 from dineros.sources.language.operations import Verdict
+from dineros.sources.language.running.decorating import Decorating
 from dineros.sources.language.running.matching import merge
-from dineros.sources.language.running.polling import Polling
 from dineros.sources.language.values import (
     SETTINGS,
     Bound,
@@ -44,7 +44,7 @@ _NAMES = {each: f"_run_{each.__name__}" for each in ast.stmt.__subclasses__()}
 _LEAVES = {RETURNS, RAISES, BREAKS, CONTINUES}
 
 
-class Statements(Polling):
+class Statements(Decorating):
     """The part of the interpreter that runs statements."""
 
     def _tested(self, test: ast.expr, frame: Frame) -> tuple[Verdict, Condition]:
@@ -127,7 +127,7 @@ class Statements(Polling):
         function = self.function(node, frame, owner)
         parts = (f"{node.name}.setter", f"{node.name}.deleter")
         name = next((each for each in function.decorators if each in parts), node.name)
-        self.assign_variable(name, function, frame)
+        self.assign_variable(name, self.decorated(function, node, frame), frame)
         if owner is None and any(self._registers(each, frame) for each in node.decorator_list):
             self.escape(function)
         return {FALLS}
@@ -149,7 +149,7 @@ class Statements(Polling):
         with self.doing(Activity(self.activity.fact, self.activity.node)):
             self.execute(node.body, inner)
         cls.names = inner.names
-        self.assign_variable(node.name, cls, frame)
+        self.assign_variable(node.name, self.decorated(cls, node, frame), frame)
         return {FALLS}
 
     def _run_Global(self, node: ast.Global, frame: Frame) -> set[str]:  # noqa: N802
@@ -159,6 +159,7 @@ class Statements(Polling):
     _run_Nonlocal = _run_Global  # noqa: N815
 
     def _run_Return(self, node: ast.Return, frame: Frame) -> set[str]:  # noqa: N802
+        self.gives_to_rclpy(node.value)
         frame.returns.append(Const(None) if node.value is None else self.evaluate(node.value, frame))
         self.returns(node.value, frame)
         return self._leave(RETURNS)
@@ -306,7 +307,7 @@ class Statements(Polling):
     # -------------------------------------------------------------------------------------------------- loops
 
     def _run_For(self, node: ast.For | ast.AsyncFor, frame: Frame) -> set[str]:  # noqa: N802
-        values, is_exact = self.turns(self.evaluate(node.iter, frame))
+        values, is_exact = self.turns(self.drawn(self.evaluate(node.iter, frame), node.iter, frame))
         if is_exact and not values:
             return self.execute(node.orelse, frame)
         if is_exact:
