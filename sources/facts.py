@@ -41,6 +41,10 @@ NODE, SPACE = "__node", "__ns"
 
 AWAITED = "await, without time-out"
 """The way of waiting that blocks no thread: a coroutine is suspended, and its callback group is held."""
+SPINS_OTHERS = "other nodes"
+"""The way of spinning that runs only nodes that the callback's own executor does not run."""
+BARRIER = "barrier"
+"""The way of ending a wait at a barrier, at which the callback waits, too."""
 NO_SPIN = "open: no spin was seen"
 """Executor of a node that no code in the folder spins."""
 

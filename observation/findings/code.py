@@ -8,11 +8,23 @@ from dataclasses import replace
 from dineros.analysis.witnesses.findings import Fault, Finding, Severity
 from dineros.observation.findings.losing import FAULTS as OF_LOSSES
 from dineros.observation.findings.losing import losses, said
+from dineros.observation.findings.sleeping import sleeps_of
 from dineros.observation.findings.starting import FAULTS as OF_STARTS
 from dineros.observation.findings.starting import starts
 from dineros.observation.findings.transforms import FAULTS as OF_TRANSFORMS
 from dineros.observation.findings.transforms import lookups
-from dineros.sources.facts import AWAITED, HELD, CallbackFact, Effect, Entity, Facts, NodeFact, is_open
+from dineros.sources.facts import (
+    AWAITED,
+    BARRIER,
+    HELD,
+    SPINS_OTHERS,
+    CallbackFact,
+    Effect,
+    Entity,
+    Facts,
+    NodeFact,
+    is_open,
+)
 from dineros.sources.places import Place, located
 
 LONG = 1.0
@@ -157,6 +169,10 @@ def _of_callback(callback: CallbackFact, node: NodeFact) -> Iterator[tuple[Place
             if node.is_single:
                 words += ", or if only callbacks of its own executor publish it"
             yield finding(WAITS, effect, words)
+        elif effect.do.startswith("spin") and effect.how.startswith(SPINS_OTHERS):
+            if "without time-out" in effect.how:
+                words = "waits without time-out, by an executor of its own: forever, if no response comes"
+                yield finding(WAITS, effect, words)
         elif effect.do in ("spin", "spin_once", "spin_until"):
             outcome = _SPINS if effect.at.file.endswith(".py") else _THROWS
             words = f"spins ({effect.do}{where}) while its executor runs it: {outcome}"
@@ -175,6 +191,10 @@ def _of_callback(callback: CallbackFact, node: NodeFact) -> Iterator[tuple[Place
             yield finding(IGNORES, effect, f"ignores the result of its goal of {effect.what}")
         elif (effect.do, effect.what) == ("create", "client") and not _destroys(callback):
             yield finding(MAKES, effect, "creates a client in each run, and destroys none")
+    sleeps, total = sleeps_of(callback.body or ())
+    if total >= LONG and all((each.timeout or 0) < LONG for each in callback.effects if each.do == "sleep"):
+        words = f"sleeps {total:g} s in all, and delays everything that waits for it"
+        yield finding(SLEEPS, sleeps[0], words)
 
 
 def _endless(callback: CallbackFact, node: NodeFact) -> Iterator[tuple[Place, Finding]]:
@@ -359,7 +379,7 @@ def _never_meanwhile(
         for other in nodes
         if other.is_beside(node)
         for each in other.callbacks
-        if each.is_open or any((done.do, done.what) == ("notify", wait.what) for done in each.effects)
+        if each.is_open or any(_ends(done, wait, is_own=each is callback) for done in each.effects)
     ]
     is_own = all(
         other is node and each is not callback and each.kind in _CALLED and not each.is_open
@@ -374,6 +394,11 @@ def _never_meanwhile(
     if group is None or any(_common_group(_starters(each, node), node) != group for each, _ in setters):
         return None
     return f"which only {names} sets, in the callback group that {callback.name} itself holds"
+
+
+def _ends(done: Effect, wait: Effect, *, is_own: bool) -> bool:
+    """Return whether an effect of the waiting callback, or of another one, ends a wait."""
+    return (done.do, done.what) == ("notify", wait.what) and not (is_own and done.how == BARRIER)
 
 
 def _may_be_one(node: NodeFact) -> bool:

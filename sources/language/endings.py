@@ -5,14 +5,22 @@ from __future__ import annotations
 import ast
 import re
 
+NO_IFS: frozenset[ast.If] = frozenset()
 
-def why_endless(node: ast.While) -> str:
-    """Return why a loop without a test may never end; empty if it may end, or waits in each iteration."""
+
+def why_endless(node: ast.While, never: frozenset[ast.If] = NO_IFS) -> str:
+    """Return why a loop without a test may never end; empty if it may end, or waits in each iteration.
+
+    The bodies of `never` are not run.
+    """
     exits: list[ast.If | None] = []
     stored, has_call = set(), False
     todo: list[tuple[ast.AST, ast.If | None, bool]] = [(each, None, False) for each in node.body]
     while todo:
         part, under, is_inside = todo.pop()
+        if part in never:
+            todo += [(each, under, is_inside) for each in part.orelse]
+            continue
         if isinstance(part, (ast.Return, ast.Raise)) or (isinstance(part, ast.Break) and not is_inside):
             exits.append(under)
         if isinstance(part, (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda, ast.ClassDef)):
@@ -49,8 +57,10 @@ def why_endless(node: ast.While) -> str:
     return "the conditions of its exits do not depend on anything that the loop changes"
 
 
-def exits_of(node: ast.While) -> list[ast.expr] | None:
+def exits_of(node: ast.While, never: frozenset[ast.If] = NO_IFS) -> list[ast.expr] | None:
     """Return the tests that decide whether a loop ends; None: it may also end otherwise.
+
+    The bodies of `never` are not run.
 
     Examples
     --------
@@ -64,6 +74,9 @@ def exits_of(node: ast.While) -> list[ast.expr] | None:
     todo: list[tuple[ast.AST, tuple[ast.expr, ...], bool]] = [(each, (), False) for each in node.body]
     while todo:
         part, tests, is_inside = todo.pop()
+        if part in never:
+            todo += [(each, tests, is_inside) for each in part.orelse]
+            continue
         if isinstance(part, (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda, ast.ClassDef)):
             continue
         is_exit = isinstance(part, (ast.Return, ast.Raise)) or (isinstance(part, ast.Break) and not is_inside)
@@ -111,10 +124,11 @@ def _awaited(test: ast.expr) -> ast.expr | None:
 _OF_TIME = re.compile(r"time|clock|now|elapsed|deadline|until|count|tries|attempt", re.IGNORECASE)
 
 
-def may_give_up(node: ast.While) -> bool:
+def may_give_up(node: ast.While, never: frozenset[ast.If] = NO_IFS) -> bool:
     """Return whether a loop that tests a future may end before that is done, as time passes.
 
-    Either its test asks for something else, too, or an exit of its body depends on time or on a number.
+    Either its test asks for something else, too, or an exit of its body depends on time or on a number. The
+    bodies of `never` are not run.
 
     Examples
     --------
@@ -127,16 +141,20 @@ def may_give_up(node: ast.While) -> bool:
         return True
     return any(
         isinstance(each, ast.If)
+        and each not in never
         and _OF_TIME.search(ast.unparse(each.test)) is not None
         and any(isinstance(exit, (ast.Break, ast.Return, ast.Raise)) for exit in ast.walk(each))
         for each in ast.walk(node)
     )
 
 
-def waits_for(node: ast.While, methods: tuple[str, ...] = SERVERS) -> ast.Attribute | None:
+def waits_for(
+    node: ast.While, methods: tuple[str, ...] = SERVERS, never: frozenset[ast.If] = NO_IFS
+) -> ast.Attribute | None:
     """Return the method of a loop that ends only once it returns true, or at shutdown.
 
-    It is the test of the loop, or that of its way out: ``if x: break``. None: it may end otherwise.
+    It is the test of the loop, or that of its way out: ``if x: break``. None: it may end otherwise. The
+    bodies of `never` are not run.
 
     Examples
     --------
@@ -158,8 +176,8 @@ def waits_for(node: ast.While, methods: tuple[str, ...] = SERVERS) -> ast.Attrib
     todo = rest
     while todo:
         part = todo.pop()
-        if isinstance(part, ast.If) and any(map(asks_for_shutdown, ast.walk(part.test))):
-            todo += part.orelse  # it ends at shutdown
+        if part in never or (isinstance(part, ast.If) and any(map(asks_for_shutdown, ast.walk(part.test)))):
+            todo += part.orelse  # or it ends at shutdown
         elif isinstance(part, (ast.Break, ast.Return, ast.Raise)) or (
             isinstance(part, ast.Call) and ast.unparse(part.func).rpartition(".")[2] in ("exit", "_exit")
         ):

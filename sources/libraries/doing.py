@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 from typing import TypeVar
 
-from dineros.sources.facts import AWAITED, HELD, Entity, NodeFact
+from dineros.sources.facts import AWAITED, BARRIER, HELD, Entity, NodeFact
 from dineros.sources.language.fields.messages import sent
 from dineros.sources.language.machine import EVENT
 from dineros.sources.language.values import (
@@ -282,6 +282,8 @@ class Doer:
         if kind in ("Event", "Condition", "Barrier") and name in ("wait", "wait_for"):
             given = call.argument(0 if name == "wait" else 1, "timeout")
             effect("wait", label, node, frame, within(given), timeout=seconds(given))
+            if kind == "Barrier" and constant(made.argument(0, "parties")) != 1:
+                effect("notify", label, node, frame, BARRIER)
             return Open("is set")
         if kind in ("Event", "Condition") and name in ("set", "notify", "notify_all", "clear"):
             if name != "clear":

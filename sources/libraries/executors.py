@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 
-from dineros.sources.facts import CallbackFact, Effect, NodeFact, is_open
+from dineros.sources.facts import SPINS_OTHERS, CallbackFact, Effect, NodeFact, is_open
 from dineros.sources.language.machine import EVENT
 from dineros.sources.language.values import (
     NONE,
@@ -185,7 +185,10 @@ class Executors:
                 call = Made(name, [NONE, NONE, *args], keys, made.at)
             else:
                 call = Made(name, [], {}, made.at)
-            return self.doer.spin(name, made.nodes, call, node, frame, made.name or "executor")
+            how = made.name or "executor"
+            if made.nodes and not (outer or own or self._is_of(made, self.machine.activity.node)):
+                how = SPINS_OTHERS
+            return self.doer.spin(name, made.nodes, call, node, frame, how)
         if name == "create_task" and args:
             for each in options(args[0]):
                 self.machine.later(each, TASK, self.machine.activity.node, args[1:], made.at)
@@ -193,6 +196,10 @@ class Executors:
         if name in ("shutdown", "remove_node", "wake", "get_nodes"):
             return Open(name)
         return None
+
+    def _is_of(self, executor: Made, fact: NodeFact | None) -> bool:
+        """Return whether a node is, or may be, one of those that an executor runs."""
+        return fact is None or fact in executor.nodes or self._of.get(id(fact)) is executor
 
     def run_coroutine(self, made: Made, node: ast.AST, frame: Frame, how: str) -> None:
         """Change how a coroutine waits that a call of asyncio gets: ``asyncio.run(self.work())``."""

@@ -95,7 +95,7 @@ class Polling(Matching):
         before : int
             Number of changes of attributes before its body.
         """
-        fact, tests = self.activity.fact, exits_of(node)
+        fact, tests = self.activity.fact, exits_of(node, self.never(node, frame))
         if fact.kind in ("main", "module", "constructor", "thread", EVENT) or tests is None:
             return
         changes = self.attributes.changed[before:]
@@ -113,6 +113,22 @@ class Polling(Matching):
         test = condition if len(tests) == 1 else None
         self.found.append(Poll(fact, wait, loop, loop.how, frozenset(names), test))
         loop.how = ""
+
+    def never(self, node: ast.While, frame: Frame) -> frozenset[ast.If]:
+        """Return the branches of a loop that are never taken, as with an argument ``timeout=None``."""
+        return frozenset(
+            each
+            for statement in node.body
+            for each in ast.walk(statement)
+            if isinstance(each, ast.If) and any(self._is_never(one, frame) for one in _conjuncts(each.test))
+        )
+
+    def _is_never(self, test: ast.expr, frame: Frame) -> bool:
+        """Return whether a test is certainly false: it asks for local variables only."""
+        parts_ = list(ast.walk(test))
+        names = {each.id for each in parts_ if isinstance(each, ast.Name)}
+        is_plain = all(isinstance(each, _OF_LOCALS) for each in parts_) and names <= frame.names.keys()
+        return bool(names) and is_plain and self.decide(test, frame) == (False, "")
 
     def _depends_on(self, test: ast.AST, frame: Frame, depth: int) -> set[str] | None:
         """Return the attributes and events on which the value of a test depends; None: on something else."""
@@ -182,6 +198,16 @@ class Polling(Matching):
             function.frame.module, names, function.frame, function=function, instance=bound.instance
         )
         return self._depends_on(body[0].value, inner, depth - 1) if depth else None
+
+
+def _conjuncts(test: ast.expr) -> list[ast.expr]:
+    return test.values if isinstance(test, ast.BoolOp) and isinstance(test.op, ast.And) else [test]
+
+
+_OF_LOCALS = (
+    *(ast.Name, ast.Constant, ast.Compare, ast.UnaryOp, ast.BoolOp),
+    *(ast.expr_context, ast.cmpop, ast.unaryop, ast.boolop),
+)
 
 
 def _is_text(statement: ast.stmt) -> bool:

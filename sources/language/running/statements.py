@@ -364,7 +364,7 @@ class Statements(Decorating):
         if verdict is False and not origin:
             return self.execute(node.orelse, frame)
         is_endless = verdict is True and not origin
-        why = why_endless(node) if is_endless or asks_for_shutdown(node.test) else ""
+        why = why_endless(node, self.never(node, frame)) if is_endless or asks_for_shutdown(node.test) else ""
         loop = self.effect("loop", f"while {_text(node.test)}", node, frame, why)
         before = len(self.attributes.changed)
         found = self._open_loop(node.body, frame, lambda: None, condition, is_entered=is_endless)
@@ -383,7 +383,7 @@ class Statements(Decorating):
 
     def _awaits(self, node: ast.While, frame: Frame) -> None:
         """Record that a loop repeats a wait for a server until it is there."""
-        method = waits_for(node)
+        method = waits_for(node, never=self.never(node, frame))
         at = None if method is None else self.place(method, frame)
         for effect in self.activity.fact.effects:
             if effect.at == at and effect.do.startswith("wait_for_"):
@@ -391,7 +391,7 @@ class Statements(Decorating):
 
     def _repeats(self, node: ast.While, frame: Frame) -> None:
         """Record that a loop repeats a wait for a transform until it is there."""
-        asked = waits_for(node, TRANSFORMS)
+        asked = waits_for(node, TRANSFORMS, self.never(node, frame))
         if asked is None or isinstance(asked.value, ast.Call) or runs_callbacks(node):
             return  # spinning in the loop may receive it
         for value in options(self.evaluate(asked.value, frame)):
@@ -408,7 +408,8 @@ class Statements(Decorating):
             ):
                 for value in options(self.evaluate(each.func.value, frame)):
                     if isinstance(value, Future) and value.effect is not None:
-                        value.effect.how = "polled, time-out open" if may_give_up(node) else "polled"
+                        gives_up = may_give_up(node, self.never(node, frame))
+                        value.effect.how = "polled, time-out open" if gives_up else "polled"
 
     def _open_loop(
         self,

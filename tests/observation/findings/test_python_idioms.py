@@ -226,6 +226,84 @@ def test_waits(tmp_path: Path, tick: str, rule: str | None) -> None:
     ]
 
 
+@pytest.mark.parametrize(
+    ("tick", "seconds"),
+    [
+        ("for each in range(5): time.sleep(0.3)", "1.5"),
+        ("for each in (1, 2): self.nap()", "1.2"),
+        ("if self.late: return\n        self.nap(); self.nap()", "1.2"),
+        ("if self.late: self.nap()\n        self.nap()", None),
+        ("for each in range(3): time.sleep(0.3)", None),
+        ("while self.late: time.sleep(0.3)", None),
+    ],
+)
+def test_short_sleeps_add_up(tmp_path: Path, tick: str, seconds: str | None) -> None:
+    """Ten sleeps of 0.2 s delay other callbacks as one of 2 s does; nothing was reported."""
+    body = f"{tick}\n    def nap(self):\n        time.sleep(0.6)"
+    found = code_findings([("src", read_source(program(tmp_path, body)))])
+    words = [each.message for each in found if each.rule == "code-sleeps"]
+    assert [f"sleeps {seconds} s in all" in each for each in words] == [True] * (seconds is not None)
+
+
+OWN_EXECUTOR = (
+    "SingleThreadedExecutor(); ex.add_node(NODE); ex.spin_until_future_complete(future, timeout_sec=T)"
+)
+
+
+@pytest.mark.parametrize(
+    ("node", "timeout", "found"),
+    [
+        ("self.helper", "1.0", []),
+        ("self.helper", "None", ["warning code-waits"]),
+        ("self", "1.0", ["error code-spins"]),
+    ],
+)
+def test_a_callback_spins_another_node(tmp_path: Path, node: str, timeout: str, found: list[str]) -> None:
+    """An executor of its own that runs a helper node does not disturb the executor of the callback."""
+    spin = OWN_EXECUTOR.replace("NODE", node).replace("=T", f"={timeout}")
+    tick = f"future = self.asks.call_async(Trigger.Request()); ex = {spin}"
+    init = "self.helper = rclpy.create_node('helper')\n        "
+    init += f"self.asks = self.helper.create_client(Trigger, 'ask')\n        {TIMER}"
+    assert shown(tmp_path, tick, init=init) == found
+
+
+@pytest.mark.parametrize(("threads", "parties", "hangs"), [(1, 2, True), (3, 2, False), (1, 1, False)])
+def test_barriers(tmp_path: Path, threads: int, parties: int, hangs: bool) -> None:
+    init = f"self.both = threading.Barrier({parties})\n        {TIMER}"
+    wait = "self.both.wait()"
+    found = shown(tmp_path, wait, heard=wait, init=init, threads=threads)
+    assert found == ["error code-waits-for-itself"] * hangs
+
+
+HELPER = """
+    def wait(self, future, timeout=None):
+        start = time.time()
+        while not TEST:
+            if timeout is not None and time.time() - start > timeout:
+                return False
+            time.sleep(0.01)
+        return True"""
+
+
+@pytest.mark.parametrize(
+    ("test", "heard", "hangs"),
+    [
+        ("future.done()", "pass", "[callback-deadlock]"),
+        ("self.any_done", "self.any_done = True", "[code-waits-for-itself]"),
+        ("self.cli.wait_for_service(1.0)", "pass", "[code-waits]"),
+    ],
+)
+@pytest.mark.parametrize("timeout", ["", ", 0.5"])
+def test_a_helper_with_a_time_out_that_is_left_out(
+    tmp_path: Path, test: str, heard: str, hangs: str, timeout: str
+) -> None:
+    """The way out of the loop is never taken; it counted as one, so the wait was said to end."""
+    tick = f"self.wait(self.cli.call_async(Trigger.Request()){timeout})"
+    text = checked(tmp_path, tick + HELPER.replace("TEST", test), heard=heard, threads=1, group="")
+    waits = "[callback-deadlock]" in text or hangs in text
+    assert waits == (timeout == "")
+
+
 def test_dataclasses_create_ports(tmp_path: Path) -> None:
     """Each has its own lock."""
     source = program(tmp_path, "pass", init="self.parts = [Part(self), Part(self)]", threads=4)
