@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+from collections.abc import Hashable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Protocol
@@ -168,6 +168,7 @@ class Machine(Slots):
         self.most_steps = MOST_STEPS
         self.pools = 0
         self._order = 0
+        self._index: dict[int, tuple[list[Effect], dict[Hashable, Effect], int]] = {}
         self.home = ""
         self.stars: dict[str, list[str]] = {}  # of modules outside of the folder, by the file
         self.attributes = Attributes()
@@ -324,23 +325,26 @@ class Machine(Slots):
         path = tuple(
             each for each in self.trail if isinstance(each, tuple)
         )  # of calls, without turns of loops
-        for known in activity.fact.effects:
-            if (known.do, known.at, known.what, known.path) == (
-                do,
-                at,
-                what,
-                path,
-            ) and known.entity is entity:
-                known.sends = {
-                    key: each for key, each in known.sends.items() if (sends or {}).get(key) == each
-                }
-                activity.block.append(Do(known))
-                return known
+        known = self._recorded(activity.fact).get((do, at, what, path, id(entity)))
+        if known is not None:
+            known.sends = {key: each for key, each in known.sends.items() if (sends or {}).get(key) == each}
+            activity.block.append(Do(known))
+            return known
         found = Effect(do, what, at, when, how, entity, None, timeout, activity.locks(), path)
         found.sends = dict(sends or {})
         found.order = self.next_order()
         activity.fact.effects.append(found)
         activity.block.append(Do(found))
+        return found
+
+    def _recorded(self, fact: CallbackFact) -> dict[Hashable, Effect]:
+        """Return the effects of a callback by what distinguishes them; the first ones, if they are equal."""
+        effects, found, count = self._index.get(id(fact), (None, {}, 0))
+        if effects is not fact.effects or count > len(effects):
+            found, count = {}, 0
+        for each in fact.effects[count:]:
+            found.setdefault((each.do, each.at, each.what, each.path, id(each.entity)), each)
+        self._index[id(fact)] = fact.effects, found, len(fact.effects)
         return found
 
     def next_order(self) -> int:

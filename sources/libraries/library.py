@@ -302,7 +302,7 @@ class RosLibrary:
         frame: Frame,
     ) -> Value | None:
         fact = self.maker.fact_of(value)
-        if fact is None and isinstance(value, Object) and name in CREATES | {"declare_parameter"}:
+        if fact is None and isinstance(value, Object) and self.maker.behaves_like_node(value, name):
             if not value.cls.outside():
                 return None
             fact = self.maker.implicit(value, node, frame)

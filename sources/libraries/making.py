@@ -33,7 +33,7 @@ from dineros.sources.language.values import (
     text_of,
 )
 from dineros.sources.libraries.arguments import alternatives, type_of
-from dineros.sources.libraries.quality import profile_of
+from dineros.sources.libraries.quality import number_of, profile_of
 from dineros.sources.places import Place
 from dineros.sources.resolving import full_node_name
 
@@ -132,6 +132,17 @@ class Maker:
         if is_open(own.name) or (is_open(own.namespace) and method == "get_fully_qualified_name"):
             return Text("{node}")
         return Const(own.name if method == "get_name" else full_node_name(own), "variable")
+
+    @staticmethod
+    def behaves_like_node(instance: Object, name: str) -> bool:
+        """Return whether a method is one of a node, so that a class outside of the folder is a node.
+
+        Others than nodes have parameters, too.
+        """
+        if name != "declare_parameter":
+            return name in CREATES
+        parts = (each for cls in instance.cls.inside for each in ast.walk(cls.node))
+        return any(isinstance(each, ast.Attribute) and each.attr in CREATES for each in parts)
 
     def implicit(self, instance: Object, node: ast.AST, frame: Frame) -> NodeFact:
         """Return the node of an object that behaves like one, and whose base class is not in the folder."""
@@ -421,7 +432,8 @@ def _parameter(value: Value, name: str) -> Value:
             Const(value.value, f"parameter {name}") if value.value is not None else Open(f"parameter {name}")
         )
     if isinstance(value, Outside):
-        return Open(f"parameter {name}")
+        number = number_of(value.path)
+        return Open(f"parameter {name}") if number is None else Const(number, f"parameter {name}")
     return value
 
 

@@ -136,7 +136,11 @@ def word(kind: str, value: Value) -> Any:
     if kind == "depth":
         number = constant(value)
         return number if isinstance(number, int) and not isinstance(number, bool) else text_of_open(value)
-    path = value.path if isinstance(value, Outside) else str(constant(value) or "")
+    number = constant(value)
+    if isinstance(number, int) and not isinstance(number, bool):
+        path = _NUMBERS[kind].get(number, "")
+    else:
+        path = value.path if isinstance(value, Outside) else str(number or "")
     found = next((each for each in _WORDS[kind] if path.upper().endswith(each)), None)
     if found is None:
         return text_of_open(value)
@@ -145,6 +149,29 @@ def word(kind: str, value: Value) -> Any:
         if found not in ("SYSTEM_DEFAULT", "BEST_AVAILABLE")
         else found.lower().replace("_", " ")
     )
+
+
+_NUMBERS = {
+    "reliability": {0: "SYSTEM_DEFAULT", 1: "RELIABLE", 2: "BEST_EFFORT"},
+    "durability": {0: "SYSTEM_DEFAULT", 1: "TRANSIENT_LOCAL", 2: "VOLATILE"},
+    "history": {0: "SYSTEM_DEFAULT", 1: "KEEP_LAST", 2: "KEEP_ALL"},
+}
+"""Numbers of policies, as parameters hold them."""
+
+
+def number_of(path: str) -> int | None:
+    """Return the number of a policy by its name in rclpy; None: another name.
+
+    Examples
+    --------
+    >>> number_of("rclpy.qos.ReliabilityPolicy.BEST_EFFORT")
+    2
+    """
+    kind, _, name = (
+        path.removeprefix("rclpy.qos.").removeprefix("QoS").removesuffix(".value").partition("Policy.")
+    )
+    known = _NUMBERS.get(kind.lower(), {}) if path.startswith("rclpy.qos.") else {}
+    return next((number for number, each in known.items() if each == name), None)
 
 
 def text_of_open(value: Value) -> str:

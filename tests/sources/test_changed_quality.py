@@ -8,6 +8,7 @@ from textwrap import indent
 import pytest
 
 from dineros.sources.reading import read_source
+from tests.sources.support import facts_of, node_of
 
 PROGRAM = """
 import copy
@@ -174,3 +175,50 @@ def test_what_is_set_after_a_return_in_a_branch_may_not_be_set(tmp_path: Path) -
     (tmp_path / "robot.py").write_text(text.replace("BODY", "        self.change()"))
     (node,) = read_source(tmp_path).nodes
     assert [each.name for each in node.of("publishers")] == ["last_start", "last_b"]
+
+
+@pytest.mark.parametrize(
+    ("default", "found"),
+    [
+        ("QoSReliabilityPolicy.BEST_EFFORT", "best_effort"),
+        ("ReliabilityPolicy.RELIABLE.value", "reliable"),
+        ("2", "best_effort"),
+        ("self.other()", "open: self.other()"),
+    ],
+)
+def test_a_policy_in_a_parameter(tmp_path: Path, default: str, found: str) -> None:
+    """A parameter holds the number of a policy."""
+    body = f"""
+    def __init__(self):
+        super().__init__("robot")
+        self.declare_parameter("reliability", {default})
+        policy = self.get_parameter("reliability").get_parameter_value().integer_value
+        qos = QoSProfile(depth=1, reliability=policy)
+        self.create_subscription(String, "in", print, qos)
+    """
+    before = "from rclpy.qos import QoSProfile, QoSReliabilityPolicy, ReliabilityPolicy"
+    node = node_of(tmp_path, body, before=before)
+    assert node["subscriptions"][0]["reliability"] == found
+
+
+def test_an_object_with_parameters_is_not_always_a_node(tmp_path: Path) -> None:
+    """A class of another package may have parameters of its own, as states of a state machine do."""
+    text = """
+from machines import State, Part
+
+class Waits(State):
+    def __init__(self):
+        super().__init__()
+        self.declare_parameter("seconds", 1.0)
+
+class Sensor(Part):
+    def __init__(self):
+        super().__init__()
+        self.declare_parameter("topic", "out")
+        self.pub = self.create_publisher(String, "out", 10)
+
+def main():
+    Waits(), Sensor()
+main()
+"""
+    assert [each.cls for each in facts_of(tmp_path, text).nodes] == ["Sensor"]
