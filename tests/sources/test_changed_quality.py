@@ -183,7 +183,7 @@ def test_what_is_set_after_a_return_in_a_branch_may_not_be_set(tmp_path: Path) -
         ("QoSReliabilityPolicy.BEST_EFFORT", "best_effort"),
         ("ReliabilityPolicy.RELIABLE.value", "reliable"),
         ("2", "best_effort"),
-        ("self.other()", "open: self.other()"),
+        ("self.other()", "open"),
     ],
 )
 def test_a_policy_in_a_parameter(tmp_path: Path, default: str, found: str) -> None:
@@ -198,7 +198,7 @@ def test_a_policy_in_a_parameter(tmp_path: Path, default: str, found: str) -> No
     """
     before = "from rclpy.qos import QoSProfile, QoSReliabilityPolicy, ReliabilityPolicy"
     node = node_of(tmp_path, body, before=before)
-    assert node["subscriptions"][0]["reliability"] == found
+    assert node["subscriptions"][0]["reliability"].partition(":")[0] == found
 
 
 def test_an_object_with_parameters_is_not_always_a_node(tmp_path: Path) -> None:
@@ -218,7 +218,10 @@ class Sensor(Part):
         self.pub = self.create_publisher(String, "out", 10)
 
 def main():
+    rclpy.init()
     Waits(), Sensor()
-main()
+
+if __name__ == "__main__":
+    main()
 """
     assert [each.cls for each in facts_of(tmp_path, text).nodes] == ["Sensor"]
