@@ -12,6 +12,7 @@ from dineros.sources.language.attributes import Written
 from dineros.sources.language.endings import (
     TRANSFORMS,
     asks_for_shutdown,
+    exits_of,
     may_give_up,
     runs_callbacks,
     waits_for,
@@ -399,17 +400,25 @@ class Statements(Decorating):
                 self.effect("wait", TRANSFORM, node, frame, "polled, without time-out").is_repeated = True
 
     def _polls(self, node: ast.While, frame: Frame) -> None:
-        """Record that a loop waits for a future that it tests repeatedly."""
-        for each in ast.walk(node.test):
-            if (
-                isinstance(each, ast.Call)
-                and isinstance(each.func, ast.Attribute)
-                and each.func.attr == "done"
-            ):
-                for value in options(self.evaluate(each.func.value, frame)):
-                    if isinstance(value, Future) and value.effect is not None:
-                        gives_up = may_give_up(node, self.never(node, frame))
-                        value.effect.how = "polled, time-out open" if gives_up else "polled"
+        """Record that a loop waits for a future that it tests repeatedly: in its test, or in its ways out."""
+        never = self.never(node, frame)
+        exits = [] if runs_callbacks(node) else exits_of(node, never) or []
+        for test in (node.test, *(each for each in exits if each is not node.test)):
+            others = [each for each in exits if each is not test and not _only_runs(each)]
+            gives_up = (
+                may_give_up(node, never) if test is node.test else bool(others) or _has_alternative(test)
+            )
+            for each in ast.walk(test):
+                if (
+                    isinstance(each, ast.Call)
+                    and isinstance(each.func, ast.Attribute)
+                    and each.func.attr == "done"
+                ):
+                    for value in options(self.evaluate(each.func.value, frame)):
+                        effect = value.effect if isinstance(value, Future) else None
+                        is_own = test is node.test or effect in self.activity.fact.effects
+                        if effect is not None and is_own:
+                            effect.how = "polled, time-out open" if gives_up else "polled"
 
     def _open_loop(
         self,
@@ -455,6 +464,16 @@ def _assigned(body: list[ast.stmt]) -> frozenset[str]:
         )
         body[0].assigned_from_here = found  # type: ignore[attr-defined]
     return found
+
+
+def _only_runs(test: ast.expr) -> bool:
+    """Return whether the test of a loop only says that it goes on while ROS runs."""
+    return asks_for_shutdown(test) or (isinstance(test, ast.Constant) and bool(test.value))
+
+
+def _has_alternative(test: ast.expr) -> bool:
+    """Return whether a way out may be taken although the future in its test is not done."""
+    return isinstance(test, ast.BoolOp) and isinstance(test.op, ast.Or)
 
 
 def _text(node: ast.expr) -> str:

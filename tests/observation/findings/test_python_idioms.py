@@ -275,6 +275,29 @@ def test_barriers(tmp_path: Path, threads: int, parties: int, hangs: bool) -> No
     assert found == ["error code-waits-for-itself"] * hangs
 
 
+@pytest.mark.parametrize(
+    ("way_out", "how"),
+    [
+        ("if future.done(): break", "polled"),
+        ("if future.done(): return future.result()", "polled"),
+        ("if future.done(): break\n            if time.time() > end: break", "polled, time-out open"),
+        ("if future.done() or self.late: break", "polled, time-out open"),
+        ("rclpy.spin_once(self)\n            if future.done(): break", "async"),
+    ],
+)
+@pytest.mark.parametrize("test", ["rclpy.ok()", "True"])
+def test_a_loop_that_a_future_ends(tmp_path: Path, test: str, way_out: str, how: str) -> None:
+    """The test of the future is a way out in the body; such callbacks were proved to end."""
+    tick = f"""future = self.cli.call_async(Trigger.Request())
+        end = time.time() + 1
+        while {test}:
+            {way_out}
+            time.sleep(0.1)"""
+    (node,) = read_source(program(tmp_path, tick)).nodes
+    (effect,) = [each for one in node.callbacks for each in one.effects if each.do == "call"]
+    assert effect.how == how
+
+
 HELPER = """
     def wait(self, future, timeout=None):
         start = time.time()
