@@ -21,9 +21,8 @@ from typing import Literal
 
 import networkx as nx
 
-from dineros.analysis.nets.bounds import place_bounds
+from dineros.analysis.nets.bounds import flows_and_bounds
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.nets.semiflows import semiflows
 from dineros.analysis.reductions.cut_out import cut_out
 
 ASSUMED = 16
@@ -78,13 +77,13 @@ def parts_of(net: CompiledNet, shown: Collection[int], joining: Joining = "silen
     ]
     together: nx.Graph[int] = nx.Graph()
     together.add_nodes_from(range(len(net.places)))
-    invariants = semiflows(net) or ()
+    invariants, proved = net.once(flows_and_bounds)
     firings = (
         places for transition, places in enumerate(touched) if joining == "all" or transition not in shown
     )
-    for places in chain(firings, (flow.weights for flow in invariants if joining != "silence")):
+    for places in chain(firings, (flow.weights for flow in invariants or () if joining != "silence")):
         nx.add_path(together, sorted(places))
-    bounds = [None if bound is None else bound.value for bound in place_bounds(net, invariants)]
+    bounds = [None if bound is None else bound.value for bound in proved]
     users = defaultdict(set)
     for transition, places in enumerate(touched):
         for place in places:
