@@ -6,18 +6,19 @@ until the circle is closed. Callbacks of which that is not decided are looked fo
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from random import Random
-from types import MappingProxyType
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.callbacks.blocking import Blocked
 from dineros.analysis.callbacks.circles import Circle
+from dineros.analysis.callbacks.plans import Plans
 from dineros.analysis.callbacks.refining import Ending, Endings, Running, why_unknown
 from dineros.analysis.callbacks.waiting import Callback, Waiting
 from dineros.analysis.callbacks.walking import Walks
 from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.nets.witness import replay
 from dineros.metamodel.elements import is_unseen, node_net_of
 
 ENDINGS_SHARE = 0.7
@@ -25,8 +26,6 @@ ENDINGS_SHARE = 0.7
 
 CLOSED = 4
 """Runs from where a callback never ends: another may close another circle."""
-
-NOTHING_NEAR: Mapping[int, Sequence[int]] = MappingProxyType({})
 
 OWN_SECONDS = 5.0
 """Seconds of runs that look for a circle of their own, of callbacks that wait for others."""
@@ -60,7 +59,6 @@ def searched(
     waiting: Waiting,
     budget: Budget,
     pages: Collection[str] | None = None,
-    near: Mapping[int, Sequence[int]] = NOTHING_NEAR,
 ) -> Search:
     """Search for callbacks that can wait forever, without the state space.
 
@@ -77,20 +75,13 @@ def searched(
         Its time and memory.
     pages : collection of str, optional
         Ids of the pages whose callbacks are asked for; all by default.
-    near : mapping of int to sequence of int, optional
-        Known firing sequences, by the transition with which they end. They are looked at before parts of the
-        net that cost more than a moment.
     """
     walks = Walks(net, waiting)
     found: list[Blocked] = []
     left: list[Callback] = []
     waits: list[Callback] = []
-    asked = [
-        each
-        for each in waiting.callbacks.values()
-        if not is_unseen(node_net_of(each.waiter.model)) and (pages is None or each.waiter.element in pages)
-    ]
-    endings = _endings(Endings(net), waiting, asked, budget.share(ENDINGS_SHARE), walks, near)
+    asked = [each for each in _seen(waiting) if pages is None or each.waiter.element in pages]
+    endings = _endings(net, waiting, asked, budget.share(ENDINGS_SHARE), walks)
     for callback in asked:
         ending = endings[callback.places]
         if ending.status == "unknown":
@@ -121,26 +112,56 @@ def searched(
     return Search(tuple(map(walks.shortest, _once(found))), not reason, reason, is_settled)
 
 
+def near_circles(net: CompiledNet, waiting: Waiting, budget: Budget) -> list[Blocked]:
+    """Return circles that can be seen at little cost: a part of what `searched` finds."""
+    walks, asked = Walks(net, waiting), _seen(waiting)
+    waits = _planned(net, waiting, asked, walks)
+    closed = [
+        walks.closed_after(waits[each.places].trace, budget, each) for each in asked if each.places in waits
+    ]
+    return [walks.shortest(each) for each in _once([each for each in closed if each is not None])]
+
+
+def _seen(waiting: Waiting) -> list[Callback]:
+    """Return the callbacks of nodes that do not stand for other programs."""
+    return [each for each in waiting.callbacks.values() if not is_unseen(node_net_of(each.waiter.model))]
+
+
 def _endings(
-    ends: Endings,
-    waiting: Waiting,
-    asked: Sequence[Callback],
-    budget: Budget,
-    walks: Walks,
-    near: Mapping[int, Sequence[int]],
+    net: CompiledNet, waiting: Waiting, asked: Sequence[Callback], budget: Budget, walks: Walks
 ) -> dict[Running, Ending]:
-    """Return whether callbacks always end, by small parts of the net, known runs and larger parts."""
-    found: dict[Running, Ending] = {}
+    """Return whether callbacks always end, by small parts of the net, planned runs and larger parts."""
+    ends, found = Endings(net), dict[Running, Ending]()
     for callback in asked:
         ending = ends.at_once(callback.places, budget)
         if ending is not None and ending.status != "unknown":
             found[callback.places] = ending
     left = [each for each in asked if each.places not in found]
-    steps = dict.fromkeys(step for each in left for step in waiting.steps[each.page, each.index])
-    endless = walks.endless_after(sorted((near[step] for step in steps if step in near), key=len))
-    found.update((each.places, Ending("waits", endless[id(each)])) for each in left if id(each) in endless)
+    found.update(_planned(net, waiting, left, walks))
     found.update(ends.of_all((each.places for each in left if each.places not in found), budget))
     return found
+
+
+def _planned(
+    net: CompiledNet, waiting: Waiting, asked: Sequence[Callback], walks: Walks
+) -> dict[Running, Ending]:
+    """Return which callbacks never end after a run that is planned for one of their steps.
+
+    Runs after which another of their steps is enabled are not looked at further.
+    """
+    if not asked:
+        return {}
+    plans, ways = Plans(net), list[tuple[int, ...]]()
+    for callback in asked:
+        steps = waiting.steps[callback.page, callback.index]
+        for way in map(plans.way_to, steps):
+            if way is None:
+                continue
+            marking = replay(net, way)[-1]
+            if callback.has_begun(marking) and not any(net.is_enabled(each, marking) for each in steps):
+                ways.append(way)
+    endless = walks.endless_after(sorted(ways, key=len))
+    return {each.places: Ending("waits", endless[id(each)]) for each in asked if id(each) in endless}
 
 
 def _unnamed(waits: list[Callback], found: list[Blocked]) -> list[Callback]:

@@ -68,7 +68,11 @@ class Walks:
         count = range(len(net.transitions))
         self._raises = [[p for p, tokens in net.delta[t].items() if tokens > 0] for t in count]
         self._ends = {
-            id(callback): [t for t in count if sum(net.delta[t].get(p, 0) for p in callback.places) < 0]
+            id(callback): [
+                t
+                for t in sorted({t for place in callback.places for t in net.changing[place]})
+                if sum(net.delta[t].get(p, 0) for p in callback.places) < 0
+            ]
             for callback in waiting.callbacks.values()
         }
 

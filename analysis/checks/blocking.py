@@ -25,6 +25,12 @@ if TYPE_CHECKING:
 MOST_MARKINGS = 1_000_000
 """Markings of which all are looked at for callbacks that wait; of more, parts of the net tell as much."""
 
+MANY_TRANSITIONS = 600
+"""A net with as many is first looked at for circles that are near; others are searched as a whole."""
+
+FIRST_SHARE = 0.2
+"""Part of the time for that."""
+
 CALLBACKS_SHARE = 0.7
 """Part of the time that is left in which callbacks that wait forever are looked for without a state space."""
 
@@ -118,6 +124,16 @@ class Callbacks(Question):
         if not checked.is_closed and not checked.callbacks_asked:
             super().leave_open(checked, reason)
 
+    def ask_first(self, checked: Checked) -> None:
+        """Look for circles that can be seen at little cost, in models whose markings may never be counted."""
+        if len(checked.subject.net.transitions) < MANY_TRANSITIONS or not checked.waiting.callbacks:
+            return
+        from dineros.analysis.callbacks.searching import near_circles
+
+        checked.budget.stage(self.asks)
+        share = checked.budget.share(FIRST_SHARE)
+        self._report(checked, near_circles(checked.subject.net, checked.waiting, share))
+
     def ask(self, checked: Checked) -> None:
         """Look for callbacks that never end from some marking on."""
         if checked.callbacks_asked or not checked.waiting.callbacks:
@@ -148,7 +164,7 @@ class Callbacks(Question):
 
         checked.budget.stage(cls.asks)
         share = checked.budget.share(CALLBACKS_SHARE)
-        search = searched(checked.subject.net, checked.waiting, share, near=checked.near.traces)
+        search = searched(checked.subject.net, checked.waiting, share)
         checked.callbacks_asked, checked.callbacks_known = True, search.is_complete
         found = cls._report(checked, search.blocked)
         if not search.is_complete:

@@ -33,10 +33,11 @@ def in_whole_numbers(proposed: Sequence[float]) -> tuple[list[int], int]:
 
     They approximate the proposed numbers; the caller must check their properties.
     """
+    values = np.asarray(proposed, dtype=np.float64)
     exact = {
         number: Fraction(value).limit_denominator(LARGEST_DENOMINATOR)
-        for number, value in enumerate(proposed)
-        if abs(value) > NEARLY_ZERO  # most are zero
+        for number in np.flatnonzero(np.abs(values) > NEARLY_ZERO).tolist()  # most are zero
+        for value in (float(values[number]),)
     }
     unit = lcm(*(value.denominator for value in exact.values()))
     whole = [0] * len(proposed)

@@ -7,10 +7,11 @@ from hypothesis import HealthCheck, Phase, assume, given, settings
 
 from dineros.analysis.answers.budget import Budget, BudgetExceededError
 from dineros.analysis.callbacks.blocking import blocked, never_without
-from dineros.analysis.callbacks.searching import searched
+from dineros.analysis.callbacks.searching import near_circles, searched
 from dineros.analysis.callbacks.waiting import Waiting
 from dineros.analysis.callbacks.walking import Walks
 from dineros.analysis.checks.blocking import ALL_END, OTHERS_END
+from dineros.analysis.checks.boundedness import Boundedness
 from dineros.analysis.checks.check import check
 from dineros.analysis.covering.firings import near_firings
 from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
@@ -71,6 +72,26 @@ def test_circles_are_closed_after_known_runs(name: str) -> None:
         closed = walks.closed_after(trace, Budget(seconds=60), each)
         assert closed is not None and str(closed.circle) == CIRCLES[name]
     assert bool(endless) == (name in NEAR)
+
+
+@pytest.mark.parametrize("name", PROGRAMS)
+def test_circles_are_seen_at_little_cost(name: str) -> None:
+    subject = base_subject(program(name))
+    found = near_circles(subject.net, Waiting(subject), Budget(seconds=60))
+    assert [str(each.circle) for each in found] == ([CIRCLES[name]] if name in NEAR else [])
+
+
+def test_a_large_model_is_first_looked_at_for_circles(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No time is left for anything else: what is near has been found before."""
+    model = program("same_group")
+    for number in range(700):
+        noise = sym.NodeNet(id=f"noise{number}", net=model)
+        heap = sym.Place(id=f"Heap{number}", page=noise)
+        flow(sym.Transition(id=f"Tick{number}", page=noise), heap)
+    monkeypatch.setattr(Boundedness, "ask", lambda self, checked: checked.close(self.asks, "no time is left"))
+    report = check(model, Budget(seconds=60))
+    circles = [finding for finding in report.findings if finding.rule == "callback-deadlock"]
+    assert [finding.message for finding in circles] == [CIRCLES["same_group"]]
 
 
 @pytest.mark.long
