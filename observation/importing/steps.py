@@ -68,6 +68,9 @@ class Behaviour:
                 self._taken.lack(
                     f"{at}: waits for {effect.what} ({effect.how}); in the model it continues at once"
                 )
+            if effect.do == "loop" and effect.how:
+                words = f"may loop forever ({effect.what}): {effect.how}"
+                self._taken.lack(f"{at}: {words}; in the model, the loop ends")
             if effect.do == "respond":
                 words = "gets its response here; in the model, when its callback ends"
                 self._taken.add(f"{at}: a request of {effect.what} {words}")

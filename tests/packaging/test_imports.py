@@ -190,7 +190,7 @@ FOLDERS = {
             "reach",
             "reached",
             "ways",
-            "polling",
+            "endings",
             "machine",
             "expressions",
             "routines",

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING
 
 from dineros.sources.branches import Anything, Branch, Loop, Turns
 from dineros.sources.cpp.declarators import name_of
+from dineros.sources.cpp.following.endings.polling import CANCELED, POLLED, polled_members
+from dineros.sources.cpp.following.endings.progress import NO_EXIT, why_open
 from dineros.sources.cpp.following.expressions import named
 from dineros.sources.cpp.following.fields import Fields
-from dineros.sources.cpp.following.polling import CANCELED, POLLED, polled_members
 from dineros.sources.cpp.parsing import path_of, text_of
 from dineros.sources.cpp.values import NO_VALUE, Const, Frame, Items, Made, Open, Value, options
 from dineros.sources.facts import STARTING, CallbackFact, Effect
@@ -26,6 +27,11 @@ _NUMBERED = re.compile(r'<<\s*"([A-Za-z]\w*)"\s*<<\s*\w+\+\+\s*;')
 """The name of a numbered parameter."""
 _NEVER = ("(0)", "(false)")
 """Conditions of ``do`` loops that only make one statement of several, as in macros."""
+_KNOWN = ("wait", "spin", "get_result", "input", "join")
+_BLOCKS = ("blocks", "spin", "waits", "polled", "await")
+"""Effects in a loop that the model, or a finding, has already: what they wait for ends the loop, too."""
+_LONGEST = 60
+"""Limit of the characters of a loop's head."""
 _MOST_TURNS = 100
 """Items of a list that are followed one by one."""
 
@@ -63,8 +69,7 @@ class Loops(Fields):
             turns: list[Value] = [Const(each) for each in numbers]
             self._turns(turns, name, node.child_by_field_name("body"), frame)
             return
-        self._polls(node, frame)
-        with self.loop(node, frame):
+        with self._ending(node, frame), self.loop(node, frame):
             for name in ("condition", "body", "update"):
                 each = node.child_by_field_name(name)
                 if each is not None:
@@ -105,10 +110,35 @@ class Loops(Fields):
         return name, list(range(first.value, end)) if end - first.value <= _MOST_TURNS else []
 
     def _do_while_statement(self, node: Node, frame: Frame) -> None:
-        self._polls(node, frame)
-        with self.loop(node, frame):
+        with self._ending(node, frame), self.loop(node, frame):
             self.values(node.child_by_field_name("condition"), frame)
             self.run_block(node.child_by_field_name("body"), frame)
+
+    @contextmanager
+    def _ending(self, loop: Node, frame: Frame) -> Iterator[None]:
+        """Record after a loop what it waits for, or that nothing is known that ends it."""
+        fact = self.fact
+        self._polls(loop, frame)
+        before = {id(each): each.how for each in fact.effects}
+        yield
+        if fact.kind in ("thread", "event", *STARTING) or self.off:
+            return
+        done = [each for each in fact.effects if before.get(id(each)) != each.how]
+        at, last = self.place(loop, frame), loop.end_point[0] - loop.start_point[0]
+        inside = [  # those of an earlier reading, too
+            each for each in fact.effects if each.at.file == at.file and 0 <= each.at.line - at.line <= last
+        ]
+        is_known = any(
+            each.do.startswith(_KNOWN) or each.how.startswith(_BLOCKS) for each in [*done, *inside]
+        )
+        sleeps = {id(each): each for each in done if each.do == "sleep"}
+        why = "" if is_known else why_open(loop, sleeps=bool(sleeps.keys() - self.slept.keys()))
+        self.slept |= sleeps  # they are those of this loop, and not of one around it
+        if why:
+            do = "loop" if why == NO_EXIT else "wait"
+            self.does(
+                do, f"the end of the loop {_said(loop)}" if do == "wait" else _said(loop), loop, frame, why
+            )
 
     def _polls(self, loop: Node, frame: Frame) -> None:
         """Record that a loop waits until a member changes."""
@@ -181,8 +211,7 @@ class Loops(Fields):
         if count is not None:
             self._turns([Const(turn) for turn in range(count)], "", node.child_by_field_name("body"), frame)
             return
-        self._polls(node, frame)
-        with self.loop(node, frame):
+        with self._ending(node, frame), self.loop(node, frame):
             self.run_block(node.child_by_field_name("body"), frame)
             self.value(node.child_by_field_name("condition"), frame)
 
@@ -223,6 +252,13 @@ class Loops(Fields):
             self.turns.pop()
         self.block = outer
         self.block.append(Turns(turns))
+
+
+def _said(loop: Node) -> str:
+    """Return the head of a loop in words."""
+    asked = text_of(loop.child_by_field_name("condition")).strip("() ;")
+    text = f"while ({' '.join(asked.split()) or 'true'})"
+    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 3]}..."
 
 
 def _is_plain(value: Value | None) -> bool:

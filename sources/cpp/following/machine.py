@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from dineros.sources.branches import Do
 from dineros.sources.cpp.following.answers import FunctionText
-from dineros.sources.cpp.following.polling import Polled, value_in_words
+from dineros.sources.cpp.following.endings.polling import Polled, value_in_words
 from dineros.sources.cpp.following.reach import Reach
 from dineros.sources.cpp.following.reached import Reached
 from dineros.sources.cpp.following.ways import Ways
@@ -126,6 +126,7 @@ class Machine(Ways):
         self.changed: dict[str, dict[int, tuple[CallbackFact, set[str]]]] = {}
         """The callbacks that change a member, with the values that they give it, by its name."""
         self.polled: dict[str, set[Polled]] = {}
+        self.slept: dict[int, Effect] = {}
         """What loops wait for, by the name of the member."""
         self.writes: dict[int, set[str]] = {}
         """The members that code has set, by id of its node."""
