@@ -13,6 +13,7 @@ from dineros.observation.findings.starting import FAULTS as OF_STARTS
 from dineros.observation.findings.starting import starts
 from dineros.observation.findings.transforms import FAULTS as OF_TRANSFORMS
 from dineros.observation.findings.transforms import lookups
+from dineros.observation.findings.unrun import UNRUN, unrun
 from dineros.sources.facts import (
     AWAITED,
     BARRIER,
@@ -77,6 +78,7 @@ FAULTS = {
         *OF_LOSSES,
         *OF_STARTS,
         *OF_TRANSFORMS,
+        UNRUN,
     )
 }
 """All of them, by name."""
@@ -123,7 +125,7 @@ def code_findings(read: Iterable[tuple[str, Facts]]) -> list[Finding]:
                     found += [
                         _at(place, folder, finding) for place, finding in _own(callback, node, facts.nodes)
                     ]
-            found += [_at(place, folder, finding) for place, finding in _locks(node)]
+            found += [_at(place, folder, finding) for place, finding in (*_locks(node), *unrun(node))]
         found += [_at(place, folder, finding) for place, finding in losses(facts.nodes)]
     unique: dict[Finding, dict[str, None]] = {}
     for _, _, finding in sorted(found, key=lambda each: each[:2]):

@@ -11,6 +11,7 @@ from dineros.sources.cpp.following.machine import coerced, is_node
 from dineros.sources.cpp.following.statements import Statements
 from dineros.sources.cpp.interpreting.formatting import formatted, of_text
 from dineros.sources.cpp.interpreting.generated import generated
+from dineros.sources.cpp.interpreting.groups import take_group
 from dineros.sources.cpp.interpreting.lists import items
 from dineros.sources.cpp.interpreting.loading import loaded
 from dineros.sources.cpp.interpreting.naming import SUB_SPACE, is_callable
@@ -421,6 +422,8 @@ class Ros(Ports):
         if last in ("add_node", "add_callback_group"):
             self._names_vendor(call)
             nodes = [each for each in call.args if isinstance(each, Obj)]
+            if last == "add_callback_group":
+                take_group(call.args[0] if call.args else None, self.machine.nodes)
             held = on.fields.setdefault("nodes", Items())
             if isinstance(held, Items) and last == "add_node":
                 held.values += nodes

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from dineros.sources.cpp.following.calls import Call
 from dineros.sources.cpp.following.machine import CONTROLLERS
 from dineros.sources.cpp.following.statements import Statements
+from dineros.sources.cpp.interpreting.groups import read_group
 from dineros.sources.cpp.interpreting.naming import (
     is_callable,
     name_on,
@@ -151,7 +152,7 @@ class Maker:
             do = "create_timer" if kind == "timers" else "create"
             self.machine.does(do, entity.port, call.node, call.frame, entity=entity)
         if kind == "groups":
-            self._group_kind(entity, args)
+            read_group(entity, args)
         elif kind == "timers":
             self._timer(call, entity, args, owner)
         else:
@@ -248,12 +249,6 @@ class Maker:
         if known.startswith("open") and text.count("::") < 2:
             return self.machine.index.find_interface(text, call.frame.path) or known
         return known
-
-    def _group_kind(self, entity: Entity, args: list[Value]) -> None:
-        path = args[0].path if args and isinstance(args[0], Made) else shown(args[0] if args else None)
-        last = path.rpartition("::")[2]
-        known = {"Reentrant": "reentrant", "MutuallyExclusive": "exclusive"}
-        entity.details["kind"] = known.get(last, f"open: {path}")
 
     def _timer(self, call: Call, entity: Entity, args: list[Value], owner: Obj) -> None:
         callback = next((n for n, each in enumerate(args) if is_callable(each)), None)

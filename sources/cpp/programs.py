@@ -16,6 +16,7 @@ from dineros.sources.cpp.following.reach import Reach
 from dineros.sources.cpp.following.reached import Reached
 from dineros.sources.cpp.following.statements import Statements
 from dineros.sources.cpp.index import Asked, ClassInfo, Index, Routine
+from dineros.sources.cpp.interpreting.groups import doubt_groups
 from dineros.sources.cpp.keeping import Followed, Keeper
 from dineros.sources.cpp.left_out import calls_of
 from dineros.sources.cpp.macros.expanding import Macros
@@ -246,6 +247,7 @@ class CppPrograms:
         self._folder.unread += found.unread
         self._reached.classes |= found.reached.classes
         self._reached.calls |= found.reached.calls
+        doubt_groups(found.nodes, self._sources)
         return found.nodes
 
     def _most_steps(self) -> int:

@@ -181,7 +181,7 @@ FOLDERS = {
         *("making", "left_out", "ports", "doing", "replaced", "programs"),
     ],
     "sources/cpp/interpreting": [
-        *("parameters", "naming", "lists", "formatting", "generated", "loading", "transforms"),
+        *("parameters", "naming", "groups", "lists", "formatting", "generated", "loading", "transforms"),
     ],
     "sources/cpp/following": [
         *(

@@ -63,6 +63,9 @@ class GroupsOfNode:
             wanted = group.port.rpartition(".")[2]
             if group.is_anonymous_group:
                 wanted = f"group_{group.at.line}"
+            if str(group.details.get("executor", "")).startswith("none"):
+                words = f"no executor gets callback group {wanted}; in the model, that of its node runs it"
+                self._taken.lack(f"{self._at(group.at)}: {words}")
             if group.details.get("shared"):
                 wanted = f"{OF_NODES}{wanted}_{group.at.line}"
             self._names[group] = free_name(re.sub(r"\W+", "_", wanted).strip("_"), self._used())
