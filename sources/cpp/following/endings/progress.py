@@ -24,6 +24,7 @@ _OF_TIME = re.compile(
 _RUNS = re.compile(r"(\w+(::|\.|->))*ok\([^()]*\)|true|1|")
 _LEAVES = ("return_statement", "throw_statement", "goto_statement", "co_return_statement")
 _ENDS = re.compile(r"(std::)?(exit|_exit|abort|quick_exit|terminate)|(rclcpp::)?shutdown")
+_SLEEP = re.compile(r"\bu?(nano)?sleep(_for|_until)?$")
 _LOOPS = ("while_statement", "do_statement", "for_statement", "for_range_loop")
 _ASKS_IN = ("if_statement", "switch_statement", "catch_clause")
 _NAMES = ("identifier", "field_identifier")
@@ -46,11 +47,13 @@ def why_open(loop: Node, *, sleeps: bool) -> str:
     loop : Node
         A loop of any kind.
     sleeps : bool
-        Whether its body sleeps. Such a loop waits: only time, or a variable that it counts, ends it for
-        certain. In another one, everything that it changes, gets or calls may do so.
+        Whether its body is known to sleep; calls that are named so count, too. Such a loop waits: only time,
+        or a variable that it counts, ends it for certain. In another one, everything that it changes, gets or
+        calls may do so.
     """
     if loop.type == "for_range_loop" or loop.child_by_field_name("update") is not None:
         return ""
+    sleeps = sleeps or _sleeps(loop)
     exits = _exits(loop)
     if not exits:
         return NO_EXIT
@@ -60,6 +63,17 @@ def why_open(loop: Node, *, sleeps: bool) -> str:
     ):
         return ""
     return "what ends it is not known"
+
+
+def _sleeps(loop: Node) -> bool:
+    """Return whether the text of a loop, without the loops in it, has a call that is named for sleeping."""
+    todo = list(loop.named_children)
+    while todo:
+        each = todo.pop()
+        if each.type == "call_expression" and _SLEEP.search(text_of(each.child_by_field_name("function"))):
+            return True
+        todo += [] if each.type in (*_LOOPS, "lambda_expression") else each.named_children
+    return False
 
 
 def _exits(loop: Node) -> list[_Exit]:

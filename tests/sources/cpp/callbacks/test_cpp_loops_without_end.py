@@ -62,6 +62,7 @@ def _lines(folder: Path, loop: str) -> list[str]:
         "rclcpp::Rate r(10); while (!device_.ready()) { r.sleep(); }",
         'bool far = connected(); while (far) { RCLCPP_INFO(get_logger(), "x"); }',
         "bool far = connected(); while (far);",
+        "while (rclcpp::ok()) { if (connected()) { break; } device_.sleep(); }",
     ],
 )
 def test_a_loop_whose_end_is_not_known_is_an_assumption(tmp_path: Path, loop: str) -> None:
@@ -105,6 +106,7 @@ def test_a_loop_without_an_exit_is_a_finding_and_an_assumption(tmp_path: Path, l
         "bool changed = true; while (changed) { changed = relax(items_); }",
         "do { device_.step(); } while (!device_.ready());",
         "for (;;) { auto n = device_.read(); if (n <= 0) break; }",
+        f"while (!queue_.empty()) {{ queue_.pop(); for (int i = 0; i < 3; ++i) {{ {SLEEP} }} }}",
     ],
 )
 def test_healthy_loops_are_quiet(tmp_path: Path, loop: str) -> None:
