@@ -20,6 +20,7 @@ from dineros.analysis.latencies.parts import Parts
 from dineros.analysis.latencies.paths import (
     Path,
     callback_pages,
+    callbacks_in_no_time,
     missing_on,
     paths_between,
     responses_of,
@@ -224,6 +225,7 @@ class Latencies:
         self._is_exact &= not channels(model, sym.ActionChannel)
         # Other orders than those of an executor may take longer.
         self._is_exact &= not any(is_ignored(node) for node in node_nets(model))
+        self._is_exact &= not callbacks_in_no_time(model)
 
     @property
     def model(self) -> sym.SystemModel:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from dineros.analysis.latencies.stores import Stored, stored_values
+from dineros.analysis.nets.graph_parts import strongly_connected_parts
 from dineros.metamodel import pn, sym
 from dineros.metamodel.callbacks.bodies import Body
 from dineros.metamodel.callbacks.groups import callback_page_of, readers_of
@@ -234,6 +235,42 @@ def missing_on(path: Path) -> Iterator[str]:
             yield f"the model gives no latency for topic {topic}"
         elif not on_the_way(hop.writer, hop.reader):
             yield f"nothing bounds how often topic {topic} is published"
+
+
+def callbacks_in_no_time(model: sym.SystemModel) -> list[sym.CallbackPage]:
+    """Return callbacks that start each other in a circle through topics and may take no time for it.
+
+    Such a circle can run without end at one moment, so the markings that follow depend on how time goes on.
+    """
+    fillers = pages_that_fill(model)
+    follows: dict[sym.CallbackPage, list[sym.CallbackPage]] = {page: [] for page in callback_pages(model)}
+    for hop in hops_of(model):
+        reader = callback_page_of(resolve(hop.reader.place))
+        assert reader is not None
+        if _may_be_zero(latency_between(hop.writer, hop.reader)):
+            for page in fillers[resolve(hop.writer.place)]:
+                if not _takes_time(page):
+                    follows[page].append(reader)
+    return [
+        page
+        for part in strongly_connected_parts(follows)
+        for page in part
+        if len(part) > 1 or page in follows[page]
+    ]
+
+
+def _takes_time(page: sym.CallbackPage) -> bool:
+    """Return whether each run takes some time; where transitions have intervals, only if all take some."""
+    if page.kind == sym.CallbackKind.timer:
+        return True  # no message starts it
+    steps = [each.interval for each in Body(page).transitions if each.interval is not None]
+    if steps and len(steps) == len(Body(page).transitions):
+        return not any(map(_may_be_zero, steps))
+    return not steps and not _may_be_zero(duration_of(page))
+
+
+def _may_be_zero(interval: pn.TimeInterval | None) -> bool:
+    return interval is None or interval.earliest == 0
 
 
 def shares_clocks(page: sym.CallbackPage) -> bool:

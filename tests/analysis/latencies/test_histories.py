@@ -95,3 +95,26 @@ def test_histories_are_not_called_exact_where_the_net_allows_more() -> None:
             each.interval = None
     ask.duration = seconds(1, 2)
     assert not Latencies(model, Budget(seconds=60)).everything().is_exact
+
+
+@pytest.mark.parametrize(
+    ("work", "latency", "is_exact"),
+    [((0, 0), (0, 1), False), ((0, 0), (1, 2), True), ((1, 2), (0, 0), True), ((0, 2), (0, 0), False)],
+)
+def test_a_callback_that_starts_itself_in_no_time_makes_nothing_exact(
+    work: tuple[int, int], latency: tuple[int, int], is_exact: bool
+) -> None:
+    """Its runs may all be at one moment, after which no time passes."""
+    system = {
+        "nodes": {"n": {"threads": 1}},
+        "latency": {"t": latency},
+        "chains": [],
+        "callbacks": [
+            {"name": "tick", "node": "n", "group": "default", "script": [["work", 1, 1], ["publish", "t"]],
+             "period": 9, "offset": 2},
+            {"name": "echo", "node": "n", "group": "default", "script": [["work", *work], ["publish", "t"]],
+             "topic": "t", "depth": 1},
+        ],
+    }  # fmt: skip
+    latencies = Latencies(model_of(system), Budget(seconds=1, states=10))
+    assert latencies.everything().is_exact is is_exact
