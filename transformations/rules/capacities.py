@@ -12,10 +12,12 @@ from dineros.transformations.language.functions import count, either, greatest, 
 from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Made, Node
 from dineros.transformations.rules.histories import Publication
-from dineros.transformations.rules.notation import Bound, DeclaredBound, arc
+from dineros.transformations.rules.notation import Bound, DeclaredBound, arc, read
 from dineros.transformations.rules.phases import Phase, StandardRule
+from dineros.transformations.rules.queries.callbacks import Beginnings
 from dineros.transformations.rules.queries.times import RunsOn
 from dineros.transformations.rules.queries.tokens import Change, Lowering, MostNeeded, MostPut, Raising
+from dineros.transformations.rules.starts import D2Start
 
 ANY_NUMBER = -1
 """Value of `inHand` with which a node takes any number of messages."""
@@ -110,6 +112,20 @@ class B3Runs(StandardRule, phase=Phase.bounds, middleware="ros2", times=True):
         either(port.inHand, 0) != ANY_NUMBER,
         count(Lowering(sink)) > 0,
     ]
+
+
+class B1Begin(StandardRule, phase=Phase.wiring, middleware="ros2", times=True):
+    """Where times count, a timer's callback begins only if a place has the room that its first step needs."""
+
+    page = Node(sym.CallbackPage, kind="timer")
+    move = Node(pn.Transition, of=Beginnings(page))
+    begin = Made(D2Start.begin, of=[page, move])
+    bound = Made(DeclaredBound)
+    raising = Node(pn.Transition, of=Raising(bound.place))
+
+    has_room = read(bound.free, begin, weight=Change(bound.place, raising))
+
+    where = [raising == move]
 
 
 class B4(StandardRule, phase=Phase.wiring):

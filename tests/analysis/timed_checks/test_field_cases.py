@@ -102,7 +102,7 @@ def test_a_camera_overflows_only_a_node_that_is_too_slow() -> None:
     assert findings(camera((0.005, 0.045))) == {"queue-overflow"}
 
 
-def sleeping(rate: float, commands: float, threads: int = 1) -> sym.SystemModel:
+def sleeping(rate: float, commands: float, threads: int = 1, inhibits: bool = True) -> sym.SystemModel:
     """A callback sleeps until a timer of a rate rings, which its own executor has to serve."""
     model = sym.SystemModel(id="sleeping", middleware="ros2")
     page = timer(node_net(model, "source", execution="callbacks"), "OnSay", commands)
@@ -116,7 +116,8 @@ def sleeping(rate: float, commands: float, threads: int = 1) -> sym.SystemModel:
     wake = place(node, "Wake")
     wake.capacity = 1
     first = step(ring, "Ring", [], [wake])
-    inhibit(here(wake, ring), first)
+    if inhibits:
+        inhibit(here(wake, ring), first)
     read(here(wake, ring), step(ring, "AlreadyRung"))
     sleeper = callback(node, "OnCommand")
     came, asleep = place(sleeper, "Command"), place(sleeper, "Asleep")
@@ -132,6 +133,11 @@ def test_a_callback_that_sleeps_for_a_rate_of_its_own_executor() -> None:
     assert "queue-overflow" in findings(sleeping(0.05, 0.1))
     assert findings(sleeping(0.05, 0.1, threads=2)) == set()
     assert "queue-overflow" in findings(sleeping(1.0, 0.1, threads=2))
+
+
+def test_a_timer_does_not_begin_with_a_step_that_has_no_room() -> None:
+    """Only the capacity of a place keeps the first step from firing; the other one tells that it is full."""
+    assert findings(sleeping(0.05, 0.1, threads=2, inhibits=False)) == set()
 
 
 def current_state(threads: int = 1, own_group: bool = False) -> sym.SystemModel:
