@@ -15,6 +15,9 @@ from hypothesis import strategies as st
 from websockets.sync.client import connect
 from websockets.typing import Origin
 
+from dineros.metamodel import sym
+from dineros.metamodel.clauses import set_clause
+from dineros.metamodel.elements import find
 from dineros.runtime.application.simulation import LocalApplication
 from dineros.runtime.firing.handlers import Firing
 from dineros.runtime.journal.recorder import JournalRecorder
@@ -201,4 +204,38 @@ def test_a_run_is_steered_on_its_page(
     assert page.evaluate("pressed.isConnected")
     page.get_by_role("button", name="Proceed listener").click()
     until(lambda: application.count("listener", "Noted") == 3)
+    assert one.problems == []
+
+
+def test_the_value_of_a_signal_is_chosen_from_a_list(
+    tmp_path: Path, visit: NewVisit, serve: Serve
+) -> None:
+    model = talker()
+    values = [sym.SignalValue(name=each) for each in ("mute", "low", "loud")]
+    find(model, "talker", sym.NodeNet).signals.append(sym.InputSignal(id="Mode", values=values))
+    set_clause(find(model, "Say", sym.Transition), "!Button & Mode = 'loud'")
+    made = LocalApplication(
+        split(model),
+        seed=1,
+        recorder=lambda node: JournalRecorder(tmp_path / "run", node),
+        simulated_time=False,
+    )
+    steering = Steering()
+    steering.take({node: SteeredNet(net) for node, net in made.nets.items()})
+    with made:
+        handle = serve(tmp_path / "run", model, steering=steering)
+        one = visit()
+        page = one.page
+        page.goto(handle.url)
+        mode = page.get_by_label("Mode")
+        mode.wait_for()
+        assert mode.input_value() == "mute"
+        assert mode.locator("option").all_inner_texts() == ["mute", "low", "loud"]
+        made.nets["talker"].signal("Mode").set("low")
+        wait_until(page, "document.querySelector('#steer select').value === 'low'")
+        mode.select_option("loud")
+        until(lambda: made.count("listener", "Noted") == 3)
+        refused = steering.hear('{"ask":"signal","node":"talker","signal":"Mode","value":"shrill"}')
+        assert refused is not None and "shrill" in refused
+        assert made.nets["talker"].signal("Mode").value == "loud"
     assert one.problems == []
