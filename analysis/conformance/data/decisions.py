@@ -50,15 +50,15 @@ class Decisions:
         The fields of the tokens on each place whose data is tracked.
     initial : dict of str to list of dict
         The data of the initial tokens on each of these places.
-    limited : dict of str to dict
-        By place of the net: the fields of its tokens that do not have all values of their ROS type.
+    typed : dict of str to dict
+        By place of the net: the fields of its tokens, if the model declares their type.
     """
 
     def __init__(self, model: sym.SystemModel, subject: Subject) -> None:
         self.of: dict[str, Decision] = {}
         self.fields: dict[str, Fields] = {}
         self.initial: dict[str, list[dict[str, Value]]] = {}
-        self.limited: dict[str, Fields] = {}
+        self.typed: dict[str, Fields] = {}
         self._model = model
         if subject.flattened is None:
             return
@@ -72,8 +72,7 @@ class Decisions:
             declared = type_of_place(original, model)
             if declared is None or declared.ros:  # constants of installed messages limit nothing
                 continue
-            if limited := {each.name: each for each in self._fields(original).values() if _is_limited(each)}:
-                self.limited[place.id] = limited
+            self.typed[place.id] = self._fields(original)
         decided = {
             target: source
             for target, source in links.items()
@@ -133,8 +132,3 @@ class Decisions:
                 for place, given in step.assigned.items()
             },
         )
-
-
-def _is_limited(field: FieldType) -> bool:
-    values = field.range
-    return bool(values.listed) or values.minimum is not None or values.maximum is not None

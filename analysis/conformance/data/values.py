@@ -11,6 +11,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from dineros.analysis.conformance.data.decisions import Decision, Decisions
+from dineros.analysis.conformance.data.fitting import held, misfit
 from dineros.analysis.conformance.reasons import step_words
 from dineros.analysis.conformance.refusals import Fault
 from dineros.analysis.conformance.verdict import Deviation
@@ -42,11 +43,11 @@ class Values:
 
     def fault(self, record: Record) -> Fault | None:
         """Return what is wrong with the data of a step; None: nothing is known to be wrong."""
-        for place, token in _arriving(record) if self._decisions.limited else ():
-            for name, field in self._decisions.limited.get(place, {}).items():
-                value = token.data.get(name)
-                if type(value) is int and (allowed := field.range.fault(value)) is not None:
-                    return Fault(f"{place}.{name} takes {allowed}, not {value}")
+        if self._decisions.typed:
+            arriving = ((place, token.data) for place, token in _arriving(record))
+            for place, data in held(record) if isinstance(record, Start) else arriving:
+                if (wrong := misfit(place, data, self._decisions.typed.get(place, {}))) is not None:
+                    return Fault(wrong)
         if isinstance(record, Start):
             return self._misplaced(record)
         if isinstance(record, Fire) and (decision := self._decisions.of.get(record.transition)) is not None:

@@ -261,3 +261,50 @@ def test_values_outside_of_ranges_are_found_where_no_guard_asks() -> None:
     assert "Ask[1].Exit.level takes LOW, MIDDLE, HIGH, not 3" in only(
         verdict_on(model, traces | {"manager": wrong})
     )
+
+
+def _list_type() -> sym.TokenType:
+    return sym.TokenType(
+        id="Scan",
+        fields=[
+            sym.TokenField(name="ok", kind="boolean"),
+            sym.TokenField(name="name"),
+            sym.TokenField(name="count", kind="integer", ros="uint8"),
+            sym.TokenField(name="pose", kind="list", elementKind="number", length=2),
+            sym.TokenField(name="errors", kind="list"),
+            sym.TokenField(name="limits", kind="map", elementKind="integer"),
+        ],
+    )
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "said"),
+    [
+        ("ok", "yes", 'Done.ok takes true or false, not "yes"'),
+        ("ok", 1, "Done.ok takes true or false, not 1"),
+        ("name", None, "Done.name takes a text, not null"),
+        ("count", True, "Done.count takes an integer, not true"),
+        ("count", 300, "Done.count takes"),
+        ("pose", [0.0], "Done.pose takes 2 elements, not 1"),
+        ("pose", [0.0, "a"], 'Done.pose[1] takes a number, not "a"'),
+        ("pose", "none", 'Done.pose takes a list, not "none"'),
+        ("errors", ["late", 3], "Done.errors[1] takes a text, not 3"),
+        ("limits", {"low": 1.5}, "Done.limits.low takes an integer, not 1.5"),
+    ],
+)
+def test_values_of_the_wrong_kind_are_named(field: str, value: object, said: str) -> None:
+    """No transition has a guard; what a step puts, and what is there at the start, fits its type."""
+    model = sym.SystemModel(id="scanning", tokenType=_list_type())
+    node = node_net(model, "node")
+    step(node, "Move", [place(node, "Todo", tokens=1)], [place(node, "Done")])
+    traces, _ = run(model, 0)
+    assert verdict_on(model, traces).status == "conforms"
+    records = sending(traces["node"], "Done", {field: value})  # type: ignore[dict-item]
+    assert said in only(verdict_on(model, {"node": records}))
+    held = list(traces["node"])
+    for number, record in enumerate(held):
+        if isinstance(record, Start):
+            (token,) = record.marking["Todo"]
+            wrong = token._replace(data={field: value})  # type: ignore[dict-item]
+            held[number] = replace(record, marking={"Todo": [wrong]})
+    assert said.replace("Done", "Todo") in only(verdict_on(model, {"node": held}))

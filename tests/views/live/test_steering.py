@@ -207,9 +207,7 @@ def test_a_run_is_steered_on_its_page(
     assert one.problems == []
 
 
-def test_the_value_of_a_signal_is_chosen_from_a_list(
-    tmp_path: Path, visit: NewVisit, serve: Serve
-) -> None:
+def test_the_value_of_a_signal_is_chosen_from_a_list(tmp_path: Path, visit: NewVisit, serve: Serve) -> None:
     model = talker()
     values = [sym.SignalValue(name=each) for each in ("mute", "low", "loud")]
     find(model, "talker", sym.NodeNet).signals.append(sym.InputSignal(id="Mode", values=values))
