@@ -92,15 +92,31 @@ def staged(
     parts = joined(encoding, groups) if most_work and _serve(groups, encoding) else None
     if parts is None:
         return None, 0
+    tried: list[_StagedRun] = []
+    for order in _orders(parts):
+        tried.append(_StagedRun(parts, order, memory, most_work, progress, KNOWN_GROWTH if tried else 0))
+    begun = [run for run in tried if run.reaches(KNOWN_GROWTH)]
+    work = sum(run.work for run in tried)
+    tried.clear()  # their memory is free again
+    if not begun:
+        return None, work
+    best = min(begun, key=lambda run: run.work)
+    begun.clear()
+    work -= best.work
+    done = best.reaches(best.stages)
+    return best.diagram if done else None, work + best.work
+
+
+def _orders(parts: Joined) -> list[list[int]]:
+    """Return orders to begin with, bottom first: components, and above them the others in both directions.
+
+    Where processes pass shared variables one after the other, those that they pass first should be near them.
+    """
     start = first_start(parts.encoding, EventTables.of(parts.encoding))
     inside = set(parts.components)
-    order = [level for level in start if level in inside] + [level for level in start if level not in inside]
-    diagram = Diagram(parts.encoding, order, memory, most_cache=MOST_CACHE)
-    run = _StagedRun(diagram, _events_of_stages(parts, order), most_work, progress)
-    try:
-        return diagram if run.finishes() else None, diagram.effort
-    except DiagramMemoryError:
-        return None, diagram.effort
+    lower = [level for level in start if level in inside]
+    upper = [level for level in start if level not in inside]
+    return [lower + upper, lower + upper[::-1]][: max(1, len(upper))]
 
 
 def _serve(groups: list[tuple[int, ...]], encoding: Encoding) -> bool:
@@ -137,52 +153,96 @@ def _log_at_end(work: int, growth: float, earlier: float, stage: int, stages: in
 
 
 class _StagedRun:
+    """One diagram that is made in stages; it can stop after some of them and continue.
+
+    Parameters
+    ----------
+    parts, order
+        Joined levels and their order, bottom first.
+    memory, progress
+        As for `staged`.
+    most_work
+        Work that all stages may need, in cache misses.
+    told
+        Number of stages whose markings were reported before.
+    """
+
     def __init__(
         self,
-        diagram: Diagram,
-        stages: list[list[LocalEvent]],
+        parts: Joined,
+        order: list[int],
+        memory: int,
         most_work: int,
         progress: ProgressCallback | None,
+        told: int,
     ) -> None:
-        self._diagram, self._most_work, self._progress = diagram, most_work, progress
+        self.diagram = diagram = Diagram(parts.encoding, order, memory, most_cache=MOST_CACHE)
+        self._most_work, self._progress, self._told = most_work, progress, told
         self._relations: list[Relations] = []
-        for events in stages:
+        for events in _events_of_stages(parts, order):
             tables = EventTables.of(replace(diagram.encoding, events=tuple(events)))
             self._relations.append(Relations.under(tables, diagram.position))
         self._left = 0
         self._room = FIRST_GARBAGE
+        self._states = 0  # the set so far; 0: not made yet
+        self._closed_stages, self._before, self._growth = 0, 0, math.inf
 
-    def finishes(self) -> bool:
-        """Run all stages; False if they cost too much."""
-        diagram = self._diagram
-        states = 1
+    @property
+    def stages(self) -> int:
+        """Number of stages."""
+        return len(self._relations)
+
+    @property
+    def work(self) -> int:
+        """Work so far, in cache misses."""
+        return self.diagram.effort
+
+    def reaches(self, stages: int) -> bool:
+        """Run up to a number of stages; False if they cost too much. The last one completes the diagram."""
+        try:
+            self._states = self._states or self._initial()
+            while self._closed_stages < min(stages, self.stages):
+                if not self._passes(self._closed_stages):
+                    return False
+                self._closed_stages += 1
+        except DiagramMemoryError:
+            return False
+        if self._closed_stages == self.stages:
+            self.diagram.finish(self._states)
+        return True
+
+    def _initial(self) -> int:
+        """Return the set with the initial marking only."""
+        diagram, states = self.diagram, 1
         for level in range(1, diagram.top + 1):
             children = [0] * int(diagram.width[level])
             children[diagram.encoding.levels[diagram.order[level - 1]].initial] = states
             states = diagram.node(level, children)
-        before, growth = 0, math.inf
-        for last in range(len(self._relations)):
-            self._left = self._most_work if last >= KNOWN_GROWTH else min(FIRST_WORK, self._most_work)
-            found = self._closed_under(states, last)
-            if found is None:
+        return states
+
+    def _passes(self, last: int) -> bool:
+        """Run one stage; False if it, or all stages by their growth, cost too much."""
+        self._left = self._most_work if last >= KNOWN_GROWTH else min(FIRST_WORK, self._most_work)
+        found = self._closed_under(self._states, last)
+        if found is None:
+            return False
+        self._states, work = found, self.work
+        if last >= self._told:
+            self._report(found)
+        if self._before:
+            self._growth, earlier = work / self._before, self._growth
+            at_end = _log_at_end(work, self._growth, earlier, last + 1, self.stages)
+            if last + 1 >= KNOWN_GROWTH and at_end > math.log(self._most_work):
                 return False
-            states, work = found, diagram.effort
-            self._report(states)
-            if before:
-                growth, earlier = work / before, growth
-                at_end = _log_at_end(work, growth, earlier, last + 1, len(self._relations))
-                if last + 1 >= KNOWN_GROWTH and at_end > math.log(self._most_work):
-                    return False
-            before = work
-        diagram.finish(states)
+        self._before = work
         return True
 
     def _report(self, states: int) -> None:
         """Report how many markings there are at least."""
         if self._progress is not None:
             with suppress(DiagramMemoryError):
-                found = DiagramCounts(self._diagram, states).vectors()
-                self._progress(replace(self._diagram.progress, at_least=found))
+                found = DiagramCounts(self.diagram, states).vectors()
+                self._progress(replace(self.diagram.progress, at_least=found))
 
     def _closed_under(self, states: int, last: int) -> int | None:
         """Return a set closed under the events of all stages up to one.
@@ -205,7 +265,7 @@ class _StagedRun:
 
     def _closed(self, states: int, stage: int) -> int | None:
         """Return a set closed under the events of one stage."""
-        diagram, relations = self._diagram, self._relations[stage]
+        diagram, relations = self.diagram, self._relations[stage]
         top, control, frame = diagram.top, diagram.control, diagram.frame
         with_events = np.flatnonzero(np.diff(relations.event_start))
         if with_events.size == 0:
