@@ -14,6 +14,11 @@ from dineros.metamodel.limits import most
 
 _LISTED = ("cyclicenumeration", "finiteenumeration")
 _SORTS = (*_LISTED, "finiteintrange", "productsort", "dot", "bool", "usersort", "multisetsort")
+_HINTS = {
+    "namedoperator": "write its definition where it is used",
+    "arbitraryoperator": "it has no definition, so it cannot be computed",
+    "arbitrarysort": "it has no values; declare them as an enumeration",
+}
 
 
 @dataclass(frozen=True)
@@ -90,9 +95,8 @@ class Declarations:
                     raise self._source.error(f"the variable {id!r} is declared twice", xml, id=id)
                 self.variables[id] = Variable(id, self.sort(self.only(xml)))
             elif kind not in named:
-                hint = (
-                    near_matches(kind, [*named, "variabledecl"]) or "symmetric nets have sorts and variables"
-                )
+                hint = _HINTS.get(kind) or near_matches(kind, [*named, "variabledecl"])
+                hint = hint or "symmetric nets have sorts and variables"
                 raise self._source.error(f"the declaration <{kind}> is not supported", xml, hint=hint)
 
     def only(self, xml: etree._Element) -> etree._Element:

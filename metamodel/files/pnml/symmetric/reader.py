@@ -40,6 +40,7 @@ _ELEMENTS = {
 }
 _LABEL = frozenset({"text", "structure", "graphics", "toolspecific"})
 _HINT = "it may change the behaviour; remove it if it does not"
+_MISSING = {"hlinscription": "how many tokens it moves, and of which colours, is not known"}
 
 
 @dataclass
@@ -190,7 +191,12 @@ class _SymmetricReader:
         structure = self._structure(xml, name)
         if structure is None:
             what = f"<{local(xml)}> {xml.get('id')!r} has no <{name}>"
-            raise self._source.error(what, xml, id=xml.get("id"))
+            hint = (
+                "how many tokens it moves, and of which colours, is not known"
+                if name == "hlinscription"
+                else None
+            )
+            raise self._source.error(what, xml, id=xml.get("id"), hint=hint)
         return structure
 
     def _structure(self, xml: etree._Element, name: str) -> etree._Element | None:

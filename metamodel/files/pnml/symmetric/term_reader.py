@@ -55,6 +55,8 @@ _VALUES = (
 )
 _MULTISETS = ("all", "empty", "numberof", "add", "subtract", "scalarproduct")
 _CONDITIONS = (*_COMPARISONS, "and", "or", "not", "imply", "booleanconstant")
+_COUNTS = ("cardinality", "cardinalityof", "contains")
+_COUNTS_HINT = "terms cannot ask about the size of a multiset; write the number or the colours"
 _Found = TypeVar("_Found")
 
 
@@ -102,7 +104,7 @@ class TermReader:
             return self._element(xml)
         if kind == "tuple":
             return self._tuple_value(xml, expected)
-        hint = near_matches(kind, [*_VALUES, *_SHIFTS])
+        hint = _COUNTS_HINT if kind in _COUNTS else near_matches(kind, [*_VALUES, *_SHIFTS])
         raise source.error(f"the term <{kind}> is not supported", xml, hint=hint)
 
     def _named(self, known: dict[str, _Found], what: str, xml: etree._Element, attribute: str) -> _Found:
@@ -169,7 +171,7 @@ class TermReader:
         if kind == "tuple":
             return self._tuples(xml, sort)
         if kind not in (*_VALUES, *_SHIFTS):
-            hint = near_matches(kind, [*_MULTISETS, *_VALUES, *_SHIFTS])
+            hint = _COUNTS_HINT if kind in _COUNTS else near_matches(kind, [*_MULTISETS, *_VALUES, *_SHIFTS])
             raise self._source.error(f"the term <{kind}> is not supported", xml, hint=hint)
         return self.value(xml, sort)
 
@@ -212,7 +214,7 @@ class TermReader:
             return Not(self.condition(operands[0]))
         if kind == "imply" and len(operands) == 2:
             return Junction(False, (Not(self.condition(operands[0])), self.condition(operands[1])))
-        hint = near_matches(kind, _CONDITIONS)
+        hint = _COUNTS_HINT if kind in _COUNTS else near_matches(kind, _CONDITIONS)
         what = f"the condition <{kind}>" + (f" of {len(operands)} operands" if kind in _CONDITIONS else "")
         raise self._source.error(f"{what} is not supported", xml, hint=hint)
 

@@ -162,6 +162,24 @@ VARIABLE = '<variable refvariable="x"/>'
         ("<hlinscription>", "<hlinscription><structure/>", 18, "has two <structure>"),
         ("<hlinscription>", "<hlinscription><guard/>", 18, "<guard> is not part of <hlinscription>"),
         (f"<structure>{VARIABLE}", f"<structure><add>{VARIABLE}</add>", 18, "<subterm> is expected"),
+        (
+            f"<hlinscription><structure>{VARIABLE}</structure></hlinscription>",
+            "",
+            17,
+            "how many tokens it moves, and of which colours, is not known",
+        ),
+        (
+            '<variabledecl id="x"',
+            '<namedoperator id="o" name="o"/><variabledecl id="x"',
+            11,
+            "write its definition where it is used",
+        ),
+        (
+            f"<structure>{VARIABLE}</structure>",
+            f"<structure><cardinality><subterm>{VARIABLE}</subterm></cardinality></structure>",
+            18,
+            "write the number or the colours",
+        ),
     ],
 )
 def test_what_is_wrong_is_said_with_its_line(
