@@ -49,7 +49,7 @@ FEW_LEFT, SOME_LEFT = 0.5, 0.7
 FIRST_WORK, MOST_WORK = 300_000, 40_000_000
 #: Nodes above which garbage is collected, at least, and as a multiple of those that were left the last time.
 #: Sooner costs cached results, later costs memory and slower access to it.
-FIRST_GARBAGE, GARBAGE = 400_000, 4
+FIRST_GARBAGE, GARBAGE = 1_500_000, 4
 #: Entries that the cache may have: most results are not asked for again once their stage is closed.
 MOST_CACHE = 1 << 22
 #: Earlier stages that take part in a closure once it is closed under all later ones.
