@@ -18,7 +18,9 @@ from dineros.sources.facts import (
     AWAITED,
     BARRIER,
     HELD,
+    MAY_TAKE_AWAY,
     SPINS_OTHERS,
+    TAKES_AWAY,
     CallbackFact,
     Effect,
     Entity,
@@ -33,7 +35,12 @@ LONG = 1.0
 
 SLEEPS = Fault("code-sleeps", "warning", "A callback sleeps a second or more.", "{who} {words}")
 WAITS = Fault("code-waits", "warning", "A callback waits without time-out.", "{who} {words}")
-SPINS = Fault("code-spins", "error", "A callback spins its own node.", "{who} {words}")
+SPINS = Fault(
+    "code-spins",
+    "error",
+    "A spin takes a node from its executor.",
+    "{who} {words}",
+)
 LOOPS = Fault("code-never-ends", "warning", "A loop in a callback may have no way out.", "{who} {words}")
 HOLDS = Fault(
     "code-holds-lock",
@@ -116,6 +123,7 @@ def code_findings(read: Iterable[tuple[str, Facts]]) -> list[Finding]:
             for callback in node.callbacks:
                 found += [_at(place, folder, finding) for place, finding in _endless(callback, node)]
                 found += [_at(place, folder, finding) for place, finding in _gives(callback, node)]
+                found += [_at(place, folder, finding) for place, finding in _taken(callback, node)]
                 if _holds_others_up(callback, node) or callback.kind == "constructor":
                     vain = lookups(callback, node, said(callback, node), _group)
                     found += [_at(place, folder, finding) for place, finding in vain]
@@ -206,6 +214,19 @@ def _endless(callback: CallbackFact, node: NodeFact) -> Iterator[tuple[Place, Fi
             who = f"the work on goals of {node.name} ({callback.name})"
             words = f"waits without time-out for {effect.what}: without a response, the goal never ends"
             yield effect.at, WAITS.found(node.name, callback.name, who=who, words=words)
+
+
+def _taken(callback: CallbackFact, node: NodeFact) -> Iterator[tuple[Place, Finding]]:
+    """Yield spins outside of callbacks that take the node out of its executor."""
+    for effect in callback.effects:
+        if TAKES_AWAY in effect.how or MAY_TAKE_AWAY in effect.how:
+            words = (
+                f"spins ({effect.do}) by a function of rclpy after the node was added to an executor: this "
+                "removes the node from its executor permanently, and no callback of it runs any more"
+            )
+            who = f"{callback.name} of {node.name}"
+            found = SPINS.found(node.name, callback.name, who=who, words=words)
+            yield effect.at, found if TAKES_AWAY in effect.how else replace(found, severity="warning")
 
 
 _NEEDS = {

@@ -274,6 +274,7 @@ class Made(Holder):
         self.entity: Entity | None = None
         self.nodes: list[NodeFact] = []
         self.level = 0  # number of branches around the call
+        self.effect: Effect | None = None
 
     def argument(self, index: int, *names: str) -> Value | None:
         """Return an argument by its place or one of its names."""

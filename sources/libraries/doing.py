@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 from typing import TypeVar
 
-from dineros.sources.facts import AWAITED, BARRIER, HELD, Entity, NodeFact
+from dineros.sources.facts import AWAITED, BARRIER, HELD, Effect, Entity, NodeFact
 from dineros.sources.language.fields.messages import sent
 from dineros.sources.language.machine import EVENT
 from dineros.sources.language.values import (
@@ -229,13 +229,7 @@ class Doer:
         self.machine.attributes.has_begun = True
         future = call.argument(1, "future")
         timeout = call.argument(2, "timeout_sec")
-        do = (
-            "spin_until"
-            if name == "spin_until_future_complete"
-            else "spin_once"
-            if name == "spin_once"
-            else "spin"
-        )
+        do = _SPINS.get(name, "spin")
         for each in options(future) if do == "spin_until" else ():
             if isinstance(each, Future) and each.effect is not None:
                 each.effect.how = "spin-until"
@@ -247,11 +241,22 @@ class Doer:
             or do == "spin_until"
             or (do == "spin_once" and waits)
         ):
-            found = self.machine.effect(
-                do, what, node, frame, f"{how}, {within(timeout)}", timeout=seconds(timeout)
-            )
-            found.holding = found.holding or self.machine.activity.locks()
+            self._record_spin(do, what, timeout, node, frame, how)
         return Open("spun")
+
+    def record_spin(self, name: str, call: Made, node: ast.AST, frame: Frame, how: str) -> Effect:
+        """Record a spin, and return its effect."""
+        do = _SPINS.get(name, "spin")
+        what = "future" if do == "spin_until" else call.nodes[0].name if call.nodes else OPEN_NODE
+        return self._record_spin(do, what, call.argument(2, "timeout_sec"), node, frame, how)
+
+    def _record_spin(
+        self, do: str, what: str, timeout: Value | None, node: ast.AST, frame: Frame, how: str
+    ) -> Effect:
+        words = f"{how}, {within(timeout)}"
+        found = self.machine.effect(do, what, node, frame, words, timeout=seconds(timeout))
+        found.holding = found.holding or self.machine.activity.locks()
+        return found
 
     # --------------------------------------------------------------------------------------- locks and queues
 
@@ -464,6 +469,8 @@ class Doer:
         return None
 
 
+_SPINS = {"spin_until_future_complete": "spin_until", "spin_once": "spin_once"}
+"""Effects of functions that spin; others are ``spin``."""
 QUEUES = {f"queue.{each}" for each in ("Queue", "LifoQueue", "PriorityQueue", "SimpleQueue")}
 """Queues between threads: a thread that gets an item waits for one."""
 OPEN_NODE = "open"

@@ -4,7 +4,15 @@ from __future__ import annotations
 
 import ast
 
-from dineros.sources.facts import SPINS_OTHERS, CallbackFact, Effect, NodeFact, is_open
+from dineros.sources.facts import (
+    MAY_TAKE_AWAY,
+    SPINS_OTHERS,
+    TAKES_AWAY,
+    CallbackFact,
+    Effect,
+    NodeFact,
+    is_open,
+)
 from dineros.sources.language.machine import EVENT
 from dineros.sources.language.values import (
     NONE,
@@ -53,6 +61,15 @@ class Executors:
         self._started: set[int] = set()
         self._kept: list[Made] = []
         self._spun: list[NodeFact] = []
+        self._members: dict[int, Made] = {}
+        """By id of a node what has its place as an attribute: an executor, or a spin that took it away."""
+        self._background: set[int] = set()
+        """Ids of the executors that run in threads of their own."""
+        self._of_threads: list[tuple[list[Made], Effect]] = []
+        self._orders: dict[int, int] = {}
+        """By id of a node or of a thread where it is added, or begins, in the start of the program."""
+        self._is_target = False
+        """Whether what is called is the function of a thread itself."""
 
     def of(self, fact: NodeFact | None) -> Value | None:
         """Return the executor of a node."""
@@ -88,8 +105,11 @@ class Executors:
         if self._is_outer():
             for fact in facts:
                 self._run(fact, executor, f"rclpy.{name}", made)
+                self._take(fact, executor, name, call, node, frame)
         elif executor is self._global:
             own = self.machine.activity.node
+            for fact in facts if self.machine.activity.fact.kind == "constructor" else ():
+                self._take(fact, executor, name, call, node, frame)
             how = "rclpy, its own node" if own is not None and own in facts else "rclpy"
             return self.doer.spin(name, facts, call, node, frame, how)
         return self.doer.spin(name, facts, call, node, frame, "rclpy")
@@ -97,6 +117,61 @@ class Executors:
     def _is_outer(self) -> bool:
         """Return whether no executor calls the spinning code."""
         return self.machine.activity.fact.kind in ("main", "thread", "module", EVENT)
+
+    # ------------------------------------------------------------------------------ where a node is, in rclpy
+
+    def _put(self, fact: NodeFact, where: Value) -> None:
+        member = self._members.setdefault(id(fact), Made("", [], {}, _NOWHERE))
+        self.machine.write_slot(member, "where", where)
+        self._orders[id(fact)] = self.machine.next_order()
+
+    def _where(self, fact: NodeFact) -> list[Value]:
+        slot = self._members[id(fact)].slots.get("where") if id(fact) in self._members else None
+        return options(slot.current) if slot is not None else []
+
+    def _take(
+        self, fact: NodeFact, executor: Made, name: str, call: Made, node: ast.AST, frame: Frame
+    ) -> None:
+        """Let a function of rclpy take a node out of its executor: it does not put it back.
+
+        With an executor that has the node, ``spin_once`` and ``spin_until_future_complete`` leave it there,
+        in rclpy since July 2024. A thread whose function is ``rclpy.spin`` runs the node as long as it lives.
+        """
+        activity = self.machine.activity
+        is_thread = activity.fact.kind == "thread" or self._is_target
+        places = self._where(fact)
+        before = [each for each in places if isinstance(each, Made) and each.path != TAKEN]
+        if not before or (name == "spin" and is_thread) or (name != "spin" and before == [executor]):
+            return
+        effect = self.doer.record_spin(name, call, node, frame, "rclpy")
+        taken = Made(TAKEN, [join(before)], {}, call.at)
+        taken.effect = effect
+        taken.level = int(bool(activity.loops) and activity.loops == activity.conditional)
+        if name != "spin":
+            around = self._started if is_thread else self._background
+            is_after = not is_thread or self._orders[id(fact)] <= self._orders.get(id(activity.fact), 0)
+            is_lost = any(id(each) in around for each in before)
+            self._lose(effect, is_lost, is_certain=len(places) == 1 and is_after)
+        if is_thread:  # it is read repeatedly, after the main function
+            self._of_threads.append((before, effect))
+        else:
+            self._put(fact, taken)
+
+    def _lose(self, effect: Effect | None, is_lost: bool, *, is_certain: bool) -> None:
+        """Record that a spin takes a node away from an executor that runs, or runs later."""
+        if is_lost and effect is not None:
+            words = TAKES_AWAY if is_certain else MAY_TAKE_AWAY
+            effect.how = effect.how.replace("rclpy,", f"rclpy, {words},", 1) if "," in effect.how else words
+
+    def _miss(self, executor: Made) -> None:
+        """Record which nodes an executor that begins to spin has no longer."""
+        for fact in executor.nodes:
+            places = self._where(fact)
+            for each in places:
+                if isinstance(each, Made) and each.path == TAKEN and executor in options(each.args[0]):
+                    self._lose(each.effect, True, is_certain=len(places) == 1 or bool(each.level))
+        for before, effect in self._of_threads:
+            self._lose(effect, executor in before, is_certain=len(before) == 1)
 
     def _run(self, fact: NodeFact, executor: Made, how: str, made: Made) -> None:
         threads = threads_of(executor)
@@ -164,6 +239,7 @@ class Executors:
             for fact in self._facts(call.argument(0, "node")):
                 if fact not in made.nodes:
                     made.nodes.append(fact)
+                self._put(fact, made)
                 self._of[id(fact)] = made
                 if id(made) in self._started:
                     self._run(fact, made, "add_node", Made("", [], {}, self.machine.place(node, frame)))
@@ -173,6 +249,9 @@ class Executors:
             outer = self._is_outer() or self.machine.activity.fact.kind == "constructor"
             if outer:
                 self._started.add(id(made))
+                self._miss(made)
+                if self._is_target or self.machine.activity.fact.kind == "thread":
+                    self._background.add(id(made))
                 for fact in made.nodes:
                     self._run(fact, made, name, at)
             own = isinstance(value, Object)
@@ -193,6 +272,9 @@ class Executors:
             for each in options(args[0]):
                 self.machine.later(each, TASK, self.machine.activity.node, args[1:], made.at)
             return Future("task")
+        if name == "remove_node" and args:
+            for fact in self._facts(args[0]):
+                self._put(fact, NONE)
         if name in ("shutdown", "remove_node", "wake", "get_nodes"):
             return Open(name)
         return None
@@ -293,19 +375,21 @@ class Executors:
     ) -> Value:
         self.machine.attributes.has_begun = True
         for each in options(target):
-            if isinstance(each, Outside) and each.path.startswith("rclpy."):
-                if each.path.endswith("shutdown"):
-                    self.machine.effect("shutdown", each.path, node, frame, "in a thread")
-                else:
-                    self.machine.call(each, args, keys, node, frame)
+            path = each.path if isinstance(each, Outside) else ""
+            is_rclpy = path.startswith("rclpy.")
+            if is_rclpy and path.endswith("shutdown"):
+                self.machine.effect("shutdown", path, node, frame, "in a thread")
                 continue
-            if isinstance(each, OutsideMethod) and _executor(each.instance) is not None:
+            if is_rclpy or (isinstance(each, OutsideMethod) and _executor(each.instance) is not None):
+                self._is_target = True
                 self.machine.call(each, args, keys, node, frame)
+                self._is_target = False
                 continue
             if is_none(each):
                 continue
             line = at.line if at is not None else getattr(node, "lineno", 0)
             fact = self.machine.later(each, "thread", self.machine.activity.node, args, line)
+            self._orders.setdefault(id(fact), self.machine.next_order())
             if self.doer.is_callback():
                 place = (
                     ast.Pass(lineno=line, col_offset=0)
@@ -349,5 +433,7 @@ def threads_of(executor: Made) -> int | str:
 _NOWHERE = Place("", 0)
 TASK = "task"
 """Kind of the functions that an executor runs once, in no callback group."""
+TAKEN = "taken"
+"""Path of a value that stands for a spin that took a node out of an executor."""
 SUBMITTED = "concurrent.futures.submit"
 """Path of the future of a function that a thread of a pool runs."""
