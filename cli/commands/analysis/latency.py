@@ -114,7 +114,7 @@ def latency(
         safe = Bounds(net)
         found = bound = safe.everything() if ends is None else safe.between(*ends)
         if guarded(net):
-            reason = "the analysis of latencies does not support guards yet"
+            reason = "models with guards are not searched for them yet"
         elif not bounds:
             run.draft(partial(saying.all, bound))
             run.stage("measuring times")
@@ -195,7 +195,7 @@ def _notes(model: pn.Net, found: Everything | Latency, reason: str) -> list[str]
     from dineros.analysis.bounds.answers import ASSUMES
     from dineros.analysis.model.assumptions import of_source
 
-    notes = [f"the search for exact times has not ended: {reason}"] if reason else []
+    notes = [f"exact times are not known: {reason}"] if reason else []
     if not found.is_exact:
         notes.append(f"some bounds are safe bounds that may never be reached; they assume that {ASSUMES}")
     return [*notes, *(f"assumes: {each}" for each in of_source(model))]
@@ -249,7 +249,7 @@ class _Saying:
             for line in self.of_chain(found) if isinstance(found, Latency) else lines_of_all(found):
                 say(line)
             if ended:
-                say(f"note: the search for exact times has not ended: {ended}")
+                say(f"note: exact times are not known: {ended}")
             if not is_exact:
                 say(f"note: these are safe bounds that may never be reached; they assume that {ASSUMES}")
             for each in self.of_source:

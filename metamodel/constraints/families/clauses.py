@@ -220,7 +220,9 @@ def signal_values(signal: sym.InputSignal, index: Index) -> Outcome:
     if signal.start is not None and signal.start not in names:
         return ClauseError(
             f"starts as {signal.start!r}, which is not one of its values",
-            hint=near_matches(signal.start, names),
+            hint=near_matches(signal.start, names)
+            if names
+            else "a signal without values is true or false at the start, as `initial` says",
         )
     return not (names and signal.initial) or "has values, and is true at the start"
 

@@ -263,7 +263,8 @@ def with_guard(is_always_possible: bool) -> sym.SystemModel:
         ("boolean", None, ["wide = true", "wide = true"], False),
         ("integer", "A=0, B=1, C=2", ["wide = 'A'", "wide > 0"], True),
         ("integer", "A=0, B=1, C=2", ["wide = 'A'", "wide = 'B'"], False),
-        ("integer", None, ["wide = 1", "not wide = 1"], False),
+        ("integer", None, ["wide = 1", "not wide = 1"], True),
+        ("integer", None, ["wide = 1", "wide > 1"], False),
     ],
 )
 def test_guards_that_choose_between_branches_keep_no_run_back(

@@ -155,6 +155,17 @@ def start_that_is_no_value(small: Small) -> None:
 
 @CASES.breaks(
     "signal-values",
+    "input signal 'Mode' starts as 'true', which is not one of its values",
+    "a signal without values is true or false at the start, as `initial` says",
+)
+def start_of_a_signal_without_values(small: Small) -> None:
+    mode = _with_values(small)
+    mode.values.clear()
+    mode.start = "true"
+
+
+@CASES.breaks(
+    "signal-values",
     "input signal 'Mode' has a value 'not busy', which is not a name of letters, digits and underscores",
     "give it two values or more with different names, or none",
 )
