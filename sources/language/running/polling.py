@@ -7,11 +7,12 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from dineros.sources.branches import Compared, Condition, parts
-from dineros.sources.facts import CallbackFact, Effect
+from dineros.sources.facts import UNKNOWN_END, CallbackFact, Effect
 from dineros.sources.language.endings import asks_for_shutdown, exits_of, runs_callbacks
 from dineros.sources.language.machine import EVENT
 from dineros.sources.language.modules import Modules
 from dineros.sources.language.running.matching import Matching
+from dineros.sources.language.running.progress import makes_progress, sleeps_itself
 from dineros.sources.language.values import (
     Bound,
     Const,
@@ -27,6 +28,8 @@ from dineros.sources.language.values import (
 )
 
 POLLED = "polled, without time-out"
+_QUIET = ("sleep", "loop", "publish", "log")
+"""What the body of such a loop does; anything else says by itself what it waits for."""
 CANCEL = "a request to cancel the goal"
 """What a loop waits for that tests whether a goal shall be canceled."""
 _ASK = ("len", "bool", "any", "all", "isinstance", "sum", "min", "max", "abs", "set", "list", "sorted")
@@ -100,6 +103,8 @@ class Polling(Matching):
             return
         changes = self.attributes.changed[before:]
         names = self._all(tests, frame, 3)
+        if names is None:
+            self._waits_for_unknown(node, frame, loop, tests)
         if not names or any(name in names for name, _ in changes) or runs_callbacks(node):
             return
         inner = fact.effects[fact.effects.index(loop) + 1 :]
@@ -113,6 +118,26 @@ class Polling(Matching):
         test = condition if len(tests) == 1 else None
         self.found.append(Poll(fact, wait, loop, loop.how, frozenset(names), test))
         loop.how = ""
+
+    def _waits_for_unknown(
+        self, node: ast.While, frame: Frame, loop: Effect, tests: Iterable[ast.expr]
+    ) -> None:
+        """Record that a loop sleeps until something happens that is not known.
+
+        Loops that also wait for something else, that run callbacks, or that time or a variable that they
+        change ends, are left alone.
+        """
+        effects = self.activity.fact.effects
+        inner = effects[effects.index(loop) + 1 :]
+        if loop.how or not any(each.do == "sleep" for each in inner) or not sleeps_itself(node):
+            return
+        if (
+            any(each.do not in _QUIET for each in inner)
+            or runs_callbacks(node)
+            or makes_progress(node, tests)
+        ):
+            return
+        self.effect("wait", f"the end of the loop {loop.what}", node, frame, UNKNOWN_END)
 
     def never(self, node: ast.While, frame: Frame) -> frozenset[ast.If]:
         """Return the branches of a loop that are never taken, as with an argument ``timeout=None``."""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from dineros.sources.cpp.declarators import name_of
 from dineros.sources.cpp.parsing import text_of
+from dineros.sources.facts import UNKNOWN_END
 
 if TYPE_CHECKING:
     from tree_sitter import Node
@@ -62,7 +63,7 @@ def why_open(loop: Node, *, sleeps: bool) -> str:
         all(_comes(test, wanted, changed, sleeps, _DEPTH) for test, wanted in each.tests) for each in exits
     ):
         return ""
-    return "what ends it is not known"
+    return UNKNOWN_END
 
 
 def _sleeps(loop: Node) -> bool:
