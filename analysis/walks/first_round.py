@@ -44,6 +44,9 @@ PROGRAM_WORK, SHORTENING_WORK = 25, 1_000_000
 PATIENCE, LEAST_WORK = 2.0, 1_500_000
 """Random walks end after `PATIENCE` times the firings up to their last find, and at least `LEAST_WORK`."""
 
+FRUITLESS = 5_000
+"""They also end after so many in a row that find nothing: in some nets, each walk ends after a few firings."""
+
 TRIES, PUMPS = 16, 400
 """Walks aimed at one transition, and at a place that may grow: a loop has to close."""
 
@@ -147,12 +150,13 @@ class _Round:
         if not self._walks_find:
             return
         self.scout.begin(turn)
-        limit, last = _Limit(self.scout, most, self.budget), 0
-        while not self._is_done and not limit.is_over:
+        limit, last, fruitless = _Limit(self.scout, most, self.budget), 0, 0
+        while not self._is_done and not limit.is_over and fruitless < FRUITLESS:
             if limit.spent > max(LEAST_WORK, PATIENCE * last):
                 break
+            fruitless += 1
             if self.scout.walk():
-                last = limit.spent
+                last, fruitless = limit.spent, 0
         self._walks_find = PATIENCE * last >= limit.spent
 
     def aim(self, turn: int, most: int) -> None:

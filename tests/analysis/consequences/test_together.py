@@ -165,6 +165,7 @@ def test_a_change_after_which_no_run_shows_the_circle_is_not_taken_for_a_remedy(
     """A callback that can wait forever, though no run closes its circle, is not settled."""
     subject = base_subject(calling_either())
     monkeypatch.setattr(Walks, "after", lambda *_: [])
+    monkeypatch.setattr(Walks, "closed_after", lambda *_: None)
     monkeypatch.setattr(Walks, "found", lambda *_: [])
     search = searching.searched(subject.net, Waiting(subject), Budget(seconds=60).begun(), {"OnTimer"})
     assert search.blocked == ()

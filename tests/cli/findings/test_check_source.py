@@ -205,6 +205,7 @@ def test_bad_input_is_said_in_one_line(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: list[str], said: str
 ) -> None:
     monkeypatch.chdir(tmp_path)
+    Path("model.sym.xmi").touch()
     found = check(*arguments)
     assert found.exit_code == 2 and said in found.stderr and len(found.stderr.splitlines()) == 1
 
