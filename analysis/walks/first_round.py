@@ -45,7 +45,7 @@ PATIENCE, LEAST_WORK = 2.0, 1_500_000
 """Random walks end after `PATIENCE` times the firings up to their last find, and at least `LEAST_WORK`."""
 
 FRUITLESS = 5_000
-"""They also end after so many in a row that find nothing: in some nets, each walk ends after a few firings."""
+"""They also end after so many in a row that find nothing: each may end after a few firings."""
 
 TRIES, PUMPS = 16, 400
 """Walks aimed at one transition, and at a place that may grow: a loop has to close."""
