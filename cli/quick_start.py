@@ -41,7 +41,7 @@ def start_quickly(model: Path | None = None) -> None:
     Raises
     ------
     ModelFileError
-        There is no such file; nothing is imported then.
+        The file does not exist. In this case, nothing is imported.
     """
     if model is not None:
         require_file(model)

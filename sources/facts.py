@@ -54,10 +54,6 @@ HELD = "held already"
 """The way of taking a lock that the same callback already holds and that is not recursive."""
 
 
-UNKNOWN_END = "what ends it is not known"
-"""How a loop waits that sleeps until something happens that the reader does not know."""
-
-
 @dataclass(eq=False)
 class Entity:
     """A publisher, subscription, timer, service, client, action server, action client or callback group.

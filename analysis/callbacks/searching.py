@@ -55,10 +55,7 @@ class Search:
 
 
 def searched(
-    net: CompiledNet,
-    waiting: Waiting,
-    budget: Budget,
-    pages: Collection[str] | None = None,
+    net: CompiledNet, waiting: Waiting, budget: Budget, pages: Collection[str] | None = None
 ) -> Search:
     """Search for callbacks that can wait forever, without the state space.
 
@@ -113,7 +110,7 @@ def searched(
 
 
 def near_circles(net: CompiledNet, waiting: Waiting, budget: Budget) -> list[Blocked]:
-    """Return circles that can be seen at little cost: a part of what `searched` finds."""
+    """Return circles that planned runs show: a part of what `searched` finds, at little cost."""
     walks, asked = Walks(net, waiting), _seen(waiting)
     waits = _planned(net, waiting, asked, walks)
     closed = [
@@ -161,7 +158,7 @@ def _planned(
             if callback.has_begun(marking) and not any(net.is_enabled(each, marking) for each in steps):
                 ways.append(way)
     endless = walks.endless_after(sorted(ways, key=len))
-    return {each.places: Ending("waits", endless[id(each)]) for each in asked if id(each) in endless}
+    return {each.places: Ending("waits", endless[each.waiter]) for each in asked if each.waiter in endless}
 
 
 def _unnamed(waits: list[Callback], found: list[Blocked]) -> list[Callback]:

@@ -19,7 +19,7 @@ from typing import TypeAlias
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.callbacks.blocking import Blocked
-from dineros.analysis.callbacks.circles import Circle
+from dineros.analysis.callbacks.circles import Circle, Waiter
 from dineros.analysis.callbacks.waiting import Callback, Waiting
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.shortening import shortened
@@ -164,18 +164,15 @@ class Walks:
             return [(inside[0], circle)]
         return [(each, None) for each in endless]
 
-    def endless_after(self, traces: Iterable[Sequence[int]]) -> dict[int, tuple[int, ...]]:
-        """Return callbacks that never end after one of some runs, by their ids in Python.
-
-        The value is the part of a run that ends as soon as the callback never ends.
-        """
-        found: dict[int, tuple[int, ...]] = {}
+    def endless_after(self, traces: Iterable[Sequence[int]]) -> dict[Waiter, tuple[int, ...]]:
+        """Return the callbacks that never end after one of some runs, each with the run up to there."""
+        found: dict[Waiter, tuple[int, ...]] = {}
         for trace in traces:
             markings = replay(self._net, trace)
             for callback, _ in self._doomed(markings[-1], None):
-                if id(callback) not in found:
+                if callback.waiter not in found:
                     end = self._first(markings, partial(self._waits_so, callback, None))
-                    found[id(callback)] = tuple(trace[:end])
+                    found[callback.waiter] = tuple(trace[:end])
         return found
 
     @staticmethod

@@ -26,9 +26,9 @@ MOST_MARKINGS = 1_000_000
 """Markings of which all are looked at for callbacks that wait; of more, parts of the net tell as much."""
 
 MANY_TRANSITIONS = 600
-"""A net with as many is first looked at for circles that are near; others are searched as a whole."""
+"""In a net with as many, circles that planned runs show are reported before all other questions."""
 
-FIRST_SHARE = 0.2
+PLANNED_SHARE = 0.2
 """Part of the time for that."""
 
 CALLBACKS_SHARE = 0.7
@@ -131,7 +131,7 @@ class Callbacks(Question):
         from dineros.analysis.callbacks.searching import near_circles
 
         checked.budget.stage(self.asks)
-        share = checked.budget.share(FIRST_SHARE)
+        share = checked.budget.share(PLANNED_SHARE)
         self._report(checked, near_circles(checked.subject.net, checked.waiting, share))
 
     def ask(self, checked: Checked) -> None:

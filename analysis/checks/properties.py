@@ -170,8 +170,8 @@ def _unless(checked: Checked, question: Asked | AskedLatency, outcome: Outcome) 
     A bound of a time may be violated by a run in which nothing fires: then only these words show it.
     """
     from dineros.analysis.logic.language.bounded import Bounded
-    from dineros.analysis.questions.asked import Linear
     from dineros.analysis.questions.needed_fairness import needed_fairness
+    from dineros.analysis.questions.net_questions import Linear
     from dineros.analysis.requirements.stored import Asked
 
     if not isinstance(question, Asked) or isinstance(question.reading.formula, Bounded):

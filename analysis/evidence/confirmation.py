@@ -36,7 +36,7 @@ from dineros.analysis.portfolio.branching_time import check_ctl
 from dineros.analysis.portfolio.count import LevelOrder, StateSpace
 from dineros.analysis.properties.normal_form import is_linear, of_linear
 from dineros.analysis.properties.property import Property, PropertyAnswer, said_of_all
-from dineros.analysis.questions.asked import Branching, Enabled, Linear, Marking, Question
+from dineros.analysis.questions.net_questions import Branching, Enabled, Linear, Marking, Question
 from dineros.analysis.symbolic.engine import SymbolicStateSpace, symbolic_state_space
 from dineros.analysis.symbolic.levels import LevelSizeError, UnknownBoundError
 from dineros.analysis.symbolic.saturation import DiagramMemoryError

@@ -18,7 +18,7 @@ from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.evidence.confirmation import ONE_ENGINE, Confirmation, rests_on_markings
 from dineros.analysis.evidence.timed_confirmation import COUNTED, STRONG, confirm_timed_answer
 from dineros.analysis.nets.compiled import Int64Array
-from dineros.analysis.questions.asked import Linear
+from dineros.analysis.questions.net_questions import Linear
 from dineros.analysis.requirements.stored import Asked
 from dineros.analysis.timed.graph import nothing_enabled, timed_graph
 from dineros.analysis.timed.integers.counting import all_markings

@@ -36,7 +36,7 @@ from dineros.analysis.logic.language.syntax import (
     Not,
     Or,
 )
-from dineros.analysis.questions import asked
+from dineros.analysis.questions import net_questions
 from dineros.analysis.timed.durations.bounded_response import decide_bounded
 from dineros.analysis.timed.goals import find_timed, find_timed_firing
 from dineros.analysis.timed.integers.net import IntegerNet, integer_net
@@ -50,7 +50,7 @@ ONLY_ATOMIC = "only atomic classes determine the next steps; integer time and ot
 
 
 def confirm_timed_answer(
-    net: TimedNet, question: asked.Question, answer: Outcome, budget: Budget = UNLIMITED
+    net: TimedNet, question: net_questions.Question, answer: Outcome, budget: Budget = UNLIMITED
 ) -> Confirmation:
     """Confirm an answer that depends on all state classes.
 
@@ -65,11 +65,11 @@ def confirm_timed_answer(
     """
     budget = budget.begun()
     match question:
-        case asked.Marking(_, names, condition):
+        case net_questions.Marking(_, names, condition):
             return _confirm_marking(net, parse(condition, "state"), names, answer, budget)
-        case asked.Branching(_, names, formula):
+        case net_questions.Branching(_, names, formula):
             return _confirm_branching(net, parse(formula, "ctl"), names, answer, budget)
-        case asked.Linear(_, names, formula, (), ()):
+        case net_questions.Linear(_, names, formula, (), ()):
             bounded = read_bounded(formula)
             if bounded is not None:
                 return _by_strong(net, answer, lambda: decide_bounded(net, bounded, names, budget, "S"))
@@ -77,7 +77,7 @@ def confirm_timed_answer(
             if isinstance(tree, Globally) and is_condition(tree.operand):
                 return _confirm_marking(net, Not(tree.operand), names, answer, budget)
             return _by_strong(net, answer, lambda: verify_timed_ltl(net, formula, names, budget, "S"))
-        case asked.Enabled(_, names, name):
+        case net_questions.Enabled(_, names, name):
             return _by_strong(net, answer, lambda: find_timed_firing(net, name, names, budget, "S"))
     return Confirmation(None, reason=ONE_ENGINE)
 

@@ -35,9 +35,8 @@ def in_whole_numbers(proposed: Sequence[float]) -> tuple[list[int], int]:
     """
     values = np.asarray(proposed, dtype=np.float64)
     exact = {
-        number: Fraction(value).limit_denominator(LARGEST_DENOMINATOR)
+        number: Fraction(float(values[number])).limit_denominator(LARGEST_DENOMINATOR)
         for number in np.flatnonzero(np.abs(values) > NEARLY_ZERO).tolist()  # most are zero
-        for value in (float(values[number]),)
     }
     unit = lcm(*(value.denominator for value in exact.values()))
     whole = [0] * len(proposed)

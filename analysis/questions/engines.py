@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, ClassVar
 from dineros.analysis.answers.apart import is_end
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.answers.outcome import Outcome
-from dineros.analysis.questions.asked import Branching, Enabled, Linear, Marking, Question
+from dineros.analysis.questions.net_questions import Branching, Enabled, Linear, Marking, Question
 
 if TYPE_CHECKING:
     from dineros.analysis.timed.nets import TimedNet

@@ -18,7 +18,7 @@ from dineros.analysis.answers.budget import Budget
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.model.fairness import unfairness
 from dineros.analysis.model.subject import Subject
-from dineros.analysis.questions.asked import Linear
+from dineros.analysis.questions.net_questions import Linear
 
 MOST_ROUNDS = 12
 """Maximum number of runs from which assumptions are taken."""

@@ -28,8 +28,8 @@ from dineros.analysis.logic.language.syntax import (
 )
 from dineros.analysis.model.fairness import fair_transitions
 from dineros.analysis.model.subject import Subject, base_subject, subject_of
-from dineros.analysis.questions.asked import Branching, Linear, Question
 from dineros.analysis.questions.engines import ENGINES, Timed
+from dineros.analysis.questions.net_questions import Branching, Linear, Question
 from dineros.analysis.requirements.listing import properties_of
 from dineros.analysis.requirements.patterns import Reading, read_pattern
 from dineros.analysis.symbolic.order_cache import OrderCache

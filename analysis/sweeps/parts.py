@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from dineros.analysis.evidence.confirmation import Confirmation
     from dineros.analysis.model.subject import Subject
     from dineros.analysis.properties.property import GroupedNames, Property, PropertyAnswer
-    from dineros.analysis.questions.asked import Question
+    from dineros.analysis.questions.net_questions import Question
     from dineros.analysis.witnesses.findings import Finding, Report
     from dineros.metamodel import pn
 
@@ -257,7 +257,7 @@ def _question(model: pn.Net, asked: dict[str, Any], budget: Budget) -> Outcome:
 
 
 def _read(subject: Subject, asked: dict[str, Any]) -> Question:
-    from dineros.analysis.questions.asked import Branching, Enabled, Linear, Marking
+    from dineros.analysis.questions.net_questions import Branching, Enabled, Linear, Marking
 
     net, names, text = subject.net, subject.names, asked["text"]
     match asked["kind"]:

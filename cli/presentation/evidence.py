@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from dineros.analysis.answers.outcome import Outcome
     from dineros.analysis.evidence.confirmation import Confirmation
     from dineros.analysis.evidence.proving import Asked
-    from dineros.analysis.questions.asked import Question
+    from dineros.analysis.questions.net_questions import Question
     from dineros.analysis.timed.nets import TimedNet
     from dineros.analysis.timed_checks.timed_checked import TimedChecked
     from dineros.analysis.witnesses.findings import Report

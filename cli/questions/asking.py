@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from dineros.analysis.evidence.confirmation import Confirmation
     from dineros.analysis.model.subject import Subject
     from dineros.analysis.model.times import LeftOutTimes
-    from dineros.analysis.questions.asked import Question
+    from dineros.analysis.questions.net_questions import Question
     from dineros.analysis.witnesses.witness import Witness
     from dineros.metamodel import pn
 

@@ -17,8 +17,8 @@ from dineros.cli.searching import search
 
 if TYPE_CHECKING:
     from dineros.analysis.answers.outcome import Outcome
-    from dineros.analysis.questions.asked import Question
     from dineros.analysis.questions.needed_fairness import NeededFairness
+    from dineros.analysis.questions.net_questions import Question
     from dineros.analysis.symbolic.order_cache import OrderCache
     from dineros.metamodel import sym
 
@@ -49,8 +49,8 @@ def verify_formula(
         Orders of levels that are known.
     """
     from dineros.analysis.model.fairness import fair_transitions, unfairness
-    from dineros.analysis.questions.asked import Branching, Linear
     from dineros.analysis.questions.needed_fairness import needed_fairness
+    from dineros.analysis.questions.net_questions import Branching, Linear
 
     run = search()
     first: dict[str, object] = {}
@@ -106,7 +106,7 @@ def verify_formula(
 def verify_stored(asking: Asking, name: str, orders: OrderCache | None) -> int:
     """Decide a property that a model stores; the exit status shows whether the answer is as expected."""
     from dineros.analysis.evidence.certificate import BASE
-    from dineros.analysis.questions.asked import Linear
+    from dineros.analysis.questions.net_questions import Linear
     from dineros.analysis.requirements.latency_bounds import latency_bound
     from dineros.analysis.requirements.stored import VARIANTS, asked, property_named
 

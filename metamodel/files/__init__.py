@@ -61,12 +61,12 @@ def load_any(path: Path | str) -> EObject:
 
 
 def require_file(path: Path) -> None:
-    """Raise the error of `load` if there is no such file, without importing what reads a format.
+    """Raise the error of `load` if a file does not exist, without importing what reads a format.
 
     Raises
     ------
     ModelFileError
-        There is no such file.
+        The file does not exist.
     """
     try:
         path.stat()

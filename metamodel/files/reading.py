@@ -61,7 +61,7 @@ def open_plain(
     Raises
     ------
     FileNotFoundError
-        There is no such file.
+        The file does not exist.
     ModelFileError
         It is a directory, a pipe, a device or a link that is not followed, or may not be opened.
     """
@@ -109,7 +109,7 @@ def read_bytes(
     Raises
     ------
     ModelFileError
-        There is no such file, it is a directory, a pipe or a device, it may not be read, it is too large or
+        The file does not exist, is a directory, a pipe or a device, it may not be read, it is too large or
         packed, or a pointer of Git LFS is in its place.
     """
     location = Location(path if shown is None else shown)

@@ -7,6 +7,9 @@ from collections.abc import Iterable
 from dineros.sources.branches import Attempt, Branch, Called, Do, Leave, Loop, Turns
 from dineros.sources.facts import Effect, Item
 
+LONG = 1.0
+"""Least seconds of a sleep that is reported."""
+
 
 def sleeps_of(body: Iterable[Item]) -> tuple[list[Effect], float]:
     """Return the sleeps that a run of a callback certainly has unless it ends early, and their seconds.

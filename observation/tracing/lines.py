@@ -79,7 +79,7 @@ def lines(path: Path, said: Said, stalled: float = STALLED) -> Iterator[bytes]:
     Raises
     ------
     TracingError
-        There is no such file, the program is missing, fails or prints nothing, or a line is too long.
+        The file does not exist, the program is missing, fails or prints nothing, or a line is too long.
     """
     pieces = _printed(path, said, stalled) if path.is_dir() else _text(path)
     for number, line in enumerate(_split(pieces), 1):

@@ -141,6 +141,7 @@ FOLDERS = {
     "sources": [
         *(
             "folders",
+            "unknown_ends",
             "cmake",
             "packages",
             "interfaces",

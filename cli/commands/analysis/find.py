@@ -51,7 +51,7 @@ def find(enabled: str | None, marking: str | None, order: Order, quickest: bool,
     replayed. Exit status 0: found; 1: proved unreachable; 3: unknown.
     """
     start_quickly(options["model"])
-    from dineros.analysis.questions.asked import Enabled, Marking, Question
+    from dineros.analysis.questions.net_questions import Enabled, Marking, Question
     from dineros.analysis.witnesses.witness import witness_of
 
     if (enabled is None) == (marking is None):

@@ -50,7 +50,10 @@ class Decorating(Polling):
         return found
 
     def gives_to_rclpy(self, value: ast.expr | None) -> None:
-        """Note what a callback returns: if it is no coroutine itself, rclpy does not await the value."""
+        """Record what a callback returns.
+
+        rclpy awaits the value only if the callback is a coroutine function.
+        """
         activity, is_outer = self.activity.fact, len(self.calls) == 1
         if is_outer and not activity.is_async and activity.kind not in (EVENT, "main", "module", "thread"):
             self.unused = value

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from dineros.sources.branches import Compared, Condition, parts
-from dineros.sources.facts import UNKNOWN_END, CallbackFact, Effect
+from dineros.sources.facts import CallbackFact, Effect
 from dineros.sources.language.endings import asks_for_shutdown, exits_of, runs_callbacks
 from dineros.sources.language.machine import EVENT
 from dineros.sources.language.modules import Modules
@@ -26,6 +26,7 @@ from dineros.sources.language.values import (
     Outside,
     OutsideMethod,
 )
+from dineros.sources.unknown_ends import UNKNOWN_END
 
 POLLED = "polled, without time-out"
 _QUIET = ("sleep", "loop", "publish", "log")

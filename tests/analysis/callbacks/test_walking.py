@@ -64,9 +64,9 @@ def test_circles_are_closed_after_known_runs(name: str) -> None:
     traces = near_firings(subject.net, Budget(seconds=60)).traces
     endless = walks.endless_after(sorted(traces.values(), key=len))
     for each in waiting.callbacks.values():
-        if id(each) not in endless:
+        if each.waiter not in endless:
             continue
-        trace = endless[id(each)]
+        trace = endless[each.waiter]
         assert each.waiter in {one.callback for one in walks.blocked_after(trace)}
         assert each.waiter not in {one.callback for one in walks.blocked_after(trace[:-1])}
         closed = walks.closed_after(trace, Budget(seconds=60), each)

@@ -23,7 +23,7 @@ from dineros.analysis.logic.language.parser import parse
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.portfolio.answering import answer_properties
 from dineros.analysis.properties.property import Property, PropertyAnswer
-from dineros.analysis.questions.asked import Branching, Enabled, Linear, Marking
+from dineros.analysis.questions.net_questions import Branching, Enabled, Linear, Marking
 from dineros.analysis.questions.state_space import state_space
 from dineros.analysis.symbolic.engine import symbolic_state_space
 from tests.analysis.classic_nets import kanban, philosophers

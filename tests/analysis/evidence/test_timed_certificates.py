@@ -19,9 +19,9 @@ from dineros.analysis.evidence.timed_checker import timed_refutation
 from dineros.analysis.evidence.timed_proving import timed_certificate
 from dineros.analysis.logic.language.syntax import Enabled, Name
 from dineros.analysis.nets.witness import WitnessError
-from dineros.analysis.questions.asked import Branching, Linear, Marking, Question
-from dineros.analysis.questions.asked import Enabled as Firing
 from dineros.analysis.questions.engines import Timed
+from dineros.analysis.questions.net_questions import Branching, Linear, Marking, Question
+from dineros.analysis.questions.net_questions import Enabled as Firing
 from dineros.analysis.timed.nets import Interval
 from dineros.analysis.timed.schedules import check_times
 from dineros.analysis.timed.timed_subject import TimedSubject, timed_subject_of

@@ -17,8 +17,8 @@ from dineros.analysis.evidence.timed_confirmation import (
 )
 from dineros.analysis.logic.language.names import NetNames
 from dineros.analysis.nets.compiled import Transition
-from dineros.analysis.questions.asked import Branching, Enabled, Linear, Marking, Question
 from dineros.analysis.questions.engines import Timed
+from dineros.analysis.questions.net_questions import Branching, Enabled, Linear, Marking, Question
 from dineros.analysis.timed.branching_time import check_timed_ctl
 from dineros.analysis.timed.nets import Interval, TimedNet
 from tests.analysis.timed.test_linear_time import FORMULAS

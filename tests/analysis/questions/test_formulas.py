@@ -43,10 +43,10 @@ from dineros.analysis.portfolio.branching_time import check_ctl
 from dineros.analysis.portfolio.plans import FIND
 from dineros.analysis.portfolio.scheduler import Turn
 from dineros.analysis.questions import formulas
-from dineros.analysis.questions.asked import Linear
 from dineros.analysis.questions.engines import ENGINES
 from dineros.analysis.questions.formulas import verify_branching, verify_linear
 from dineros.analysis.questions.needed_fairness import NeededFairness, needed_fairness
+from dineros.analysis.questions.net_questions import Linear
 from dineros.metamodel import pn
 from tests.analysis import classic_nets as classic
 from tests.analysis.logic.generated import atoms_of, random_ctl, random_ltl, random_net

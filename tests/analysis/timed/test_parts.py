@@ -10,8 +10,8 @@ from dineros.analysis.answers.budget import Budget
 from dineros.analysis.logic.language.bounded import read_bounded
 from dineros.analysis.logic.language.names import NetNames
 from dineros.analysis.nets.compiled import Transition
-from dineros.analysis.questions.asked import Enabled, Linear
 from dineros.analysis.questions.engines import IN_PART, Timed
+from dineros.analysis.questions.net_questions import Enabled, Linear
 from dineros.analysis.timed.durations.bounded_response import decide_bounded
 from dineros.analysis.timed.goals import find_timed_firing
 from dineros.analysis.timed.nets import Interval, TimedNet

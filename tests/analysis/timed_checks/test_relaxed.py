@@ -8,8 +8,8 @@ from random import Random
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.logic.language.names import NetNames
 from dineros.analysis.nets.bounds import flows_and_bounds
-from dineros.analysis.questions.asked import Branching, Linear, Marking, Question
 from dineros.analysis.questions.engines import Timed
+from dineros.analysis.questions.net_questions import Branching, Linear, Marking, Question
 from dineros.analysis.questions.relaxed import relaxed
 from dineros.analysis.timed.timed_subject import timed_subject_of
 from dineros.analysis.timed_checks.without_times import without_times

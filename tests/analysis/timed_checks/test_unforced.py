@@ -10,8 +10,8 @@ import pytest
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.logic.language.names import NetNames
-from dineros.analysis.questions.asked import Branching, Enabled, Linear, Marking, Question
 from dineros.analysis.questions.engines import Timed
+from dineros.analysis.questions.net_questions import Branching, Enabled, Linear, Marking, Question
 from dineros.analysis.timed.schedules import schedule
 from dineros.analysis.timed_checks.timed_check import ask_timed, check_timed
 from dineros.analysis.timed_checks.unforced import BY

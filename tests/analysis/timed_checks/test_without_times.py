@@ -11,8 +11,8 @@ import pytest
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.logic.language.names import NetNames
 from dineros.analysis.nets.compiled import Transition
-from dineros.analysis.questions.asked import Branching, Linear, Marking
 from dineros.analysis.questions.engines import Timed
+from dineros.analysis.questions.net_questions import Branching, Linear, Marking
 from dineros.analysis.timed.exploring import explore_timed, fire_far_away
 from dineros.analysis.timed.nets import Interval, TimedNet
 from dineros.analysis.timed.schedules import schedule

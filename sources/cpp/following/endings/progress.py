@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from dineros.sources.cpp.declarators import name_of
 from dineros.sources.cpp.parsing import text_of
-from dineros.sources.facts import UNKNOWN_END
+from dineros.sources.unknown_ends import OF_TIME, UNKNOWN_END
 
 if TYPE_CHECKING:
     from tree_sitter import Node
@@ -17,10 +17,7 @@ if TYPE_CHECKING:
 
 NO_EXIT = "the loop has no exit"
 """Why a loop may never end."""
-_OF_TIME = re.compile(
-    r"time|clock|now\b|elapsed|deadline|until|count|tries|attempt|retr|wait_for|future_status|FutureReturnCode",
-    re.IGNORECASE,
-)
+_OF_TIME = re.compile(rf"{OF_TIME}|wait_for|future_status|FutureReturnCode", re.IGNORECASE)
 """In tests that hold after some time, or that ask what a wait returned."""
 _RUNS = re.compile(r"(\w+(::|\.|->))*ok\([^()]*\)|true|1|")
 _LEAVES = ("return_statement", "throw_statement", "goto_statement", "co_return_statement")
