@@ -162,6 +162,7 @@ def start_of_a_signal_without_values(small: Small) -> None:
     mode = _with_values(small)
     mode.values.clear()
     mode.start = "true"
+    set_clause(small["Serve"], "Open & Mode")
 
 
 @CASES.breaks(
