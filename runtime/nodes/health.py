@@ -20,7 +20,7 @@ from dineros.runtime.firing.durations import HandlerTime
 from dineros.runtime.nets.weights import MOST_BYTES
 from dineros.runtime.nodes.core import Core
 from dineros.runtime.nodes.responses import ResponseTime
-from dineros.runtime.nodes.status import Status
+from dineros.runtime.nodes.snapshot import Snapshot, snapshot
 
 LOG = logging.getLogger("dineros.runtime")
 
@@ -106,41 +106,33 @@ class Concern:
     text: str
 
 
-@dataclass(frozen=True)
-class Health:
-    """The health of a node at one moment.
+@dataclass(frozen=True, kw_only=True)
+class Health(Snapshot):
+    """The health of a node at one moment: its `Snapshot`, and the load of its parts.
 
     Attributes
     ----------
-    status : Status
-        Its status.
-    firings, failures, restarts : int
-        Counts since its start; `restarts`: how many times its process was restarted.
+    restarts : int
+        How many times its process was restarted.
     rate : float
         Firings per second since the last look.
     places : mapping of str to int
         Number of tokens on each place.
-    queues, servers, signals, handlers, responses, waits, concerns
-        See their classes; `servers`: name of a service -> requests served, instances, requests that wait.
-    drops, refused : mapping
-        Messages lost, by channel and queue; messages refused, by channel.
+    queues, servers, ages, handlers, responses, waits, concerns
+        See their classes; `servers`: name of a service -> requests served, instances, requests that wait;
+        `ages`: of the signals.
     """
 
-    status: Status
-    firings: int
-    failures: int
     restarts: int
     rate: float
     places: Mapping[str, int]
     queues: tuple[QueueFill, ...] = ()
     servers: Mapping[str, tuple[int, int, int]] = field(default_factory=dict)
-    signals: tuple[SignalAge, ...] = ()
+    ages: tuple[SignalAge, ...] = ()
     handlers: tuple[HandlerTime, ...] = ()
     responses: tuple[ResponseTime, ...] = ()
     waits: tuple[Wait, ...] = ()
     concerns: tuple[Concern, ...] = ()
-    drops: Mapping[tuple[str, str], int] = field(default_factory=dict)
-    refused: Mapping[str, int] = field(default_factory=dict)
 
 
 class HealthWatch:
@@ -172,11 +164,11 @@ class HealthWatch:
         """Return the health of the node; on its thread."""
         core, now = self._core, self._core.loop.clock()
         execution, exchange, engine = core.execution, core.exchange, core.engine
-        firings, passed = execution.firings, now - self._looked
-        rate = (firings - self._firings) / passed if passed > 0 else 0.0
-        self._firings, self._looked = firings, now
+        state, passed = snapshot(core), now - self._looked
+        rate = (state.firings - self._firings) / passed if passed > 0 else 0.0
+        self._firings, self._looked = state.firings, now
         places = core.structure.places[:MOST]
-        queues, signals = tuple(self._queues()), tuple(self._signals(now))
+        queues, ages = tuple(self._queues()), tuple(self._ages(now))
         handlers = tuple(replace(time) for time in islice(execution.durations, MOST))
         execution.durations.forget_longest()
         responses: tuple[ResponseTime, ...] = ()
@@ -185,9 +177,7 @@ class HealthWatch:
             measured.forget_longest()
         servers = {} if exchange is None else exchange.servers
         return Health(
-            status=core.status(),
-            firings=firings,
-            failures=core.observers.failures,
+            **vars(state),
             restarts=self._restarts,
             rate=rate,
             places=MappingProxyType({id: engine.count(place) for place, id in enumerate(places)}),
@@ -195,15 +185,13 @@ class HealthWatch:
             servers={
                 port.service: (each.busy, port.instances, len(each.waiting)) for port, each in servers.items()
             },
-            signals=signals,
+            ages=ages,
             handlers=handlers,
             responses=responses,
-            waits=tuple(self._waits(now))[:MOST],
+            waits=tuple(self._waits(state, now))[:MOST],
             concerns=self._judge(
-                [*_concerns(queues, signals, handlers), *_slow(responses), *self._full_places()]
+                [*_concerns(queues, ages, handlers), *_slow(responses), *self._full_places()]
             ),
-            drops={} if exchange is None else dict(exchange.traffic.drops),
-            refused={} if exchange is None else dict(exchange.traffic.refused),
         )
 
     def _queues(self) -> Iterator[QueueFill]:
@@ -213,7 +201,7 @@ class HealthWatch:
                 waiting, held = core.arrivals.most_waiting(port), core.arrivals.held(port)
                 yield QueueFill(port.place, port.channel, port.topic, waiting, max(1, port.limit), held)
 
-    def _signals(self, now: float) -> Iterator[SignalAge]:
+    def _ages(self, now: float) -> Iterator[SignalAge]:
         core = self._core
         stale = set(core.expectations.stale)
         for number, id in enumerate(core.structure.signals[:MOST]):
@@ -228,14 +216,12 @@ class HealthWatch:
                 core.structure.ports.signals[number].values,
             )
 
-    def _waits(self, now: float) -> Iterator[Wait]:
-        core = self._core
-        execution, exchange, transitions = core.execution, core.exchange, core.structure.transitions
-        if execution.halted is not None:
-            yield Wait(core.structure.ports.node, "proceed", execution.halted)
-        for flight in execution.in_flight:
-            handler = flight.handlers[min(flight.position, len(flight.handlers) - 1)].name
-            yield Wait(transitions[flight.transition], "handler", handler, now - flight.started)
+    def _waits(self, state: Snapshot, now: float) -> Iterator[Wait]:
+        core, exchange = self._core, self._core.exchange
+        if state.halted is not None:
+            yield Wait(core.structure.ports.node, "proceed", state.halted)
+        for flight in state.in_flight:
+            yield Wait(flight.transition, "handler", flight.handler, flight.seconds)
         if exchange is None:
             return
         for port, client in exchange.clients.items():
@@ -294,7 +280,7 @@ def _slow(responses: tuple[ResponseTime, ...]) -> Iterator[Concern]:
 
 
 def _concerns(
-    queues: tuple[QueueFill, ...], signals: tuple[SignalAge, ...], handlers: tuple[HandlerTime, ...]
+    queues: tuple[QueueFill, ...], ages: tuple[SignalAge, ...], handlers: tuple[HandlerTime, ...]
 ) -> Iterator[Concern]:
     for queue in queues:
         if queue.is_nearly_full:
@@ -309,7 +295,7 @@ def _concerns(
                 f"its budget is {load.budget:g} s"
             )
             yield Concern("handler-time", load.transition, text)
-    for signal in signals:
+    for signal in ages:
         if signal.is_stale:
             text = f"the signal {signal.signal} is stale: not set for {signal.limit or 0:g} s"
             yield Concern("signal-age", signal.signal, text)

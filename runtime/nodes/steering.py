@@ -10,9 +10,9 @@ from typing import Any, Protocol
 
 from dineros.metamodel.clauses import SignalSetting
 from dineros.metamodel.errors import DinerosError
-from dineros.runtime.nodes.core import NOT_ACTIVE
-from dineros.runtime.nodes.inspection import outlook
+from dineros.runtime.nodes.core import NOT_ACTIVE, Core
 from dineros.runtime.nodes.net import Net
+from dineros.runtime.nodes.snapshot import enabled, snapshot
 
 PATIENCE = 0.5
 """Seconds for a node to report its state; a handler may prevent that."""
@@ -90,10 +90,10 @@ class SteeredNet:
             return Outlook(status.state, status.reason)
         core = self._net.core
         if not core.loop.is_running:  # it is stepped by its owner, or has ended
-            self._asked, self._seen = None, core.loop.call(lambda: outlook(core))
+            self._asked, self._seen = None, core.loop.call(lambda: _choices(core))
             return Outlook(status.state, status.reason, *self._seen, self._values)
         if self._asked is None:  # else it is still to answer: nothing piles up in its loop
-            self._asked = core.loop.ask(lambda: outlook(core))
+            self._asked = core.loop.ask(lambda: _choices(core))
         with contextlib.suppress(TimeoutError):
             self._seen, self._asked = self._asked.result(PATIENCE), None
         return Outlook(status.state, status.reason, *self._seen, self._values)
@@ -117,3 +117,8 @@ class SteeredNet:
         if self._net.core.rests or not self._may_fire():
             raise SteeringError(NOT_ACTIVE, hint="activate it")
         self._net.proceed()
+
+
+def _choices(core: Core) -> tuple[dict[str, Any], list[str]]:
+    """Return the signals of a node, and what could fire; on its thread, without copies of its tokens."""
+    return dict(snapshot(core).signals), list(enabled(core))

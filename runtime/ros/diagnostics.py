@@ -160,7 +160,7 @@ def parts_of(health: Health) -> Mapping[str, tuple[str, str, list[tuple[str, obj
         ("places", "place-limit", list(health.places.items())),
         ("queues", "queue-fill", [(q.place, f"{q.waiting}/{q.capacity} {q.topic}") for q in health.queues]),
         ("services", "", [(name, "{}/{} {}".format(*load)) for name, load in health.servers.items()]),
-        ("signals", "signal-age", [(s.signal, _signal(s.value, s.age)) for s in health.signals]),
+        ("signals", "signal-age", [(s.signal, _signal(s.value, s.age)) for s in health.ages]),
         ("handlers", "handler-time", _handlers(health)),
         ("callbacks", "callback-time", [(each.callback, response_text(each)) for each in health.responses]),
         ("waits", "", [(w.element, f"{w.kind} {w.on} {w.seconds:.1f} s") for w in health.waits]),

@@ -74,7 +74,7 @@ def _samples(health: Health) -> Iterator[Sample]:
         yield "lost_total", "counter", "Messages that a full queue lost.", labels, count
     for channel, count in health.refused.items():
         yield "refused_total", "counter", "Messages rejected as invalid.", {"channel": channel}, count
-    for signal in health.signals:
+    for signal in health.ages:
         labels = {"signal": signal.signal}
         if not signal.values:
             yield "signal", "gauge", "Value of an input signal.", labels, float(bool(signal.value))

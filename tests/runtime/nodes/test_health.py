@@ -15,6 +15,7 @@ from dineros.metamodel.build import flow
 from dineros.runtime import Net
 from dineros.runtime.firing.handlers import HandlerError
 from dineros.runtime.nodes.health import RESTARTS, Health, HealthWatch, QueueFill
+from dineros.runtime.nodes.snapshot import snapshot
 from dineros.runtime.ros.channels.quality import FillMeter
 from dineros.runtime.ros.metrics import metrics_text
 from dineros.transformations.flattening.split import split
@@ -81,7 +82,7 @@ def test_what_runs_is_told_as_a_wait(monkeypatch: pytest.MonkeyPatch) -> None:
         gate.set()
     (wait,) = health.waits
     assert (wait.element, wait.kind, wait.on) == ("Grind", "handler", "turn")
-    (signal,) = health.signals
+    (signal,) = health.ages
     assert signal.value
     assert signal.age is not None
     assert health.restarts == 3
@@ -132,4 +133,4 @@ def test_metrics_are_lines_whatever_the_names_hold(place: str, node: str, tokens
 
 def health_of(places: dict[str, int]) -> Health:
     core = Net(mill(), seed=1).core
-    return Health(core.status(), firings=1, failures=0, restarts=0, rate=0.0, places=places)
+    return Health(**vars(snapshot(core)), restarts=0, rate=0.0, places=places)
