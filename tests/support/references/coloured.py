@@ -78,6 +78,8 @@ class Coloured:
             return binding[rest[0]]
         if kind == "constant":
             return rest[1]
+        if kind == "single":
+            return self.value(rest[0], binding)
         if kind == "tuple":
             return tuple(self.value(part, binding) for part in rest[0])
         if kind == "element":
@@ -102,12 +104,18 @@ class Coloured:
         if kind == "empty":
             return Counter()
         if kind == "numberof":
-            return Counter({c: rest[0] * n for c, n in self.multiset(rest[1], binding).items()})
+            found = sum((self.multiset(part, binding) for part in rest[1:]), Counter())
+            return Counter({c: rest[0] * n for c, n in found.items()})
+        if kind == "single":
+            return self.multiset(rest[0], binding)
+        if kind == "group":
+            return Counter(dict(self.sorts[rest[0]][2])[rest[1]])
         if kind == "add":
             return sum((self.multiset(part, binding) for part in rest[0]), Counter())
         if kind == "subtract":
             found = self.multiset(rest[0], binding)
-            found.subtract(self.multiset(rest[1], binding))
+            for part in rest[1:]:
+                found.subtract(self.multiset(part, binding))
             return +found
         if kind == "tuples":
             found = Counter()
@@ -259,10 +267,13 @@ class Coloured:
             return f'<partitionelementof refpartition="{rest[0]}">{inner}</partitionelementof>'
         if kind == "numberof":
             number = f'<subterm><numberconstant value="{rest[0]}"><positive/></numberconstant></subterm>'
-            return f"<numberof>{number}<subterm>{self._xml(rest[1])}</subterm></numberof>"
+            inner = "".join(f"<subterm>{self._xml(part)}</subterm>" for part in rest[1:])
+            return f"<numberof>{number}{inner}</numberof>"
+        if kind == "group":
+            return f'<useroperator declaration="{rest[0]}-{rest[1]}"/>'
         parts = rest[0] if kind in ("tuple", "tuples", "add", "and", "or") else rest
         inner = "".join(f"<subterm>{self._xml(part)}</subterm>" for part in parts)
-        name = "tuple" if kind == "tuples" else kind
+        name = "tuple" if kind in ("tuples", "single") else kind
         return f"<{name}>{inner}</{name}>"
 
     def _constant_xml(self, sort: str, colour: Any) -> str:
@@ -351,6 +362,8 @@ class _Dice:
         kind, *rest = self._net.sorts[sort]
         names = [name for name, own in self._net.variables.items() if own == sort]
         chance = self._dice.random()
+        if chance > 0.95:
+            return ("single", self._value(sort))
         if kind == "product" and chance < 0.75:
             return ("tuple", [self._value(part) for part in rest[0]])
         if kind == "dot" or chance < 0.1:
@@ -372,14 +385,30 @@ class _Dice:
         if chance < 0.1:
             return ("empty", sort)
         if chance < 0.16:
-            return ("subtract", ("all", sort), self._value(sort))
-        if chance < 0.3 and kind == "product":
-            parts = [("all", part) if self._dice.random() < 0.4 else self._value(part) for part in rest[0]]
-            if any(part[0] == "all" for part in parts):
+            return ("subtract", ("numberof", 2, ("all", sort)), self._value(sort), self._value(sort))
+        if chance < 0.22:
+            return ("numberof", self._dice.randint(1, 2), self._value(sort), self._value(sort))
+        divided = {own[1]: name for name, own in self._net.sorts.items() if own[0] == "partition"}
+        if chance < 0.36 and kind == "product":
+            parts = [
+                self._group(divided[part])
+                if part in divided and self._dice.random() < 0.3
+                else ("all", part)
+                if self._dice.random() < 0.4
+                else self._value(part)
+                for part in rest[0]
+            ]
+            if any(part[0] in ("all", "group") for part in parts):
                 return ("tuples", parts)
-        if chance < 0.4:
+        if chance < 0.36 and sort in divided:
+            return self._group(divided[sort])
+        if chance < 0.42:
             return ("add", [self._value(sort), ("numberof", self._dice.randint(1, 2), self._value(sort))])
         return self._value(sort) if chance < 0.7 else ("numberof", 1, self._value(sort))
+
+    def _group(self, partition: str) -> Term:
+        """Return the colours in an element of a partition, named by the element."""
+        return ("group", partition, self._dice.choice([label for label, _ in self._net.sorts[partition][2]]))
 
     def _condition(self, depth: int) -> Term:
         chance = self._dice.random()

@@ -159,7 +159,7 @@ class Declarations:
             parts = tuple(self.sort(part) for part in children(xml))
             if not parts:
                 raise self._source.error("a product of no sorts", xml)
-            return self._sized(Product(name, parts), xml)
+            return parts[0] if len(parts) == 1 else self._sized(Product(name, parts), xml)
         if kind in _LISTED:
             return self._listed(xml, name)
         hint = near_matches(kind, _SORTS) or f"sorts are {', '.join(_SORTS)}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import prod
 from typing import TypeVar
 
 from lxml import etree
@@ -103,7 +104,10 @@ class TermReader:
         if kind == "partitionelementof":
             return self._element(xml)
         if kind == "tuple":
-            return self._tuple_value(xml, expected)
+            operands = self._operands(xml)
+            return (
+                self.value(operands[0], expected) if len(operands) == 1 else self._tuple_value(xml, expected)
+            )
         hint = _COUNTS_HINT if kind in _COUNTS else near_matches(kind, [*_VALUES, *_SHIFTS])
         raise source.error(f"the term <{kind}> is not supported", xml, hint=hint)
 
@@ -164,34 +168,47 @@ class TermReader:
             return Sum(tuple(self.multiset(operand, sort) for operand in self._operands(xml)))
         if kind == "subtract":
             operands = self._operands(xml)
-            if len(operands) != 2:
-                raise self._source.error(f"<subtract> of {len(operands)} multisets instead of two", xml)
-            first, second = (self.multiset(operand, sort) for operand in operands)
-            return Difference(first, second)
+            if len(operands) < 2:
+                raise self._source.error(f"<subtract> of {len(operands)} multisets, at least two", xml)
+            first, *others = (self.multiset(operand, sort) for operand in operands)
+            return Difference(first, others[0] if len(others) == 1 else Sum(tuple(others)))
         if kind == "tuple":
             return self._tuples(xml, sort)
+        if kind == "useroperator" and (colours := self._colours_of_element(xml, sort)):
+            return Sum(colours)
         if kind not in (*_VALUES, *_SHIFTS):
             hint = _COUNTS_HINT if kind in _COUNTS else near_matches(kind, [*_MULTISETS, *_VALUES, *_SHIFTS])
             raise self._source.error(f"the term <{kind}> is not supported", xml, hint=hint)
         return self.value(xml, sort)
 
     def _times(self, xml: etree._Element, sort: Sort) -> Times:
-        number, inner = 1, None
+        numbers, inner = [], []
         for operand in self._operands(xml):
-            if local(operand) == "numberconstant":
-                number = self._source.integer(
-                    self._source.attribute(operand, "value"), operand, "number of tokens", 0
-                )
-            elif inner is None:
-                inner = operand
-            else:
-                raise self._source.error(f"<{local(xml)}> of two multisets", xml)
-        if inner is None:
+            (numbers if local(operand) == "numberconstant" else inner).append(operand)
+        if not inner:
             raise self._source.error(f"<{local(xml)}> without tokens", xml)
-        return Times(number, self.multiset(inner, sort))
+        if len(numbers) > 1:
+            raise self._source.error(f"<{local(xml)}> with {len(numbers)} numbers", xml)
+        number = prod(
+            self._source.integer(self._source.attribute(each, "value"), each, "number of tokens", 0)
+            for each in numbers
+        )
+        parts = tuple(self.multiset(operand, sort) for operand in inner)
+        return Times(number, parts[0] if len(parts) == 1 else Sum(parts))
+
+    def _colours_of_element(self, xml: etree._Element, sort: Sort) -> tuple[Constant, ...]:
+        """Return the colours in an element of a partition of the sort; empty for any other constant."""
+        element = self._named(self._declared.constants, "constant", xml, "declaration")
+        for partition in self._declared.partitions.values():
+            if partition.sort == element.sort != sort == partition.divided:
+                held = (value for value, holder in enumerate(partition.table) if holder == element.value)
+                return tuple(Constant(value, sort) for value in held)
+        return ()
 
     def _tuples(self, xml: etree._Element, sort: Sort) -> Multiset:
         operands = self._operands(xml)
+        if len(operands) == 1:
+            return self.multiset(operands[0], sort)
         sorts = self._component_sorts(xml, sort, len(operands))
         assert isinstance(sort, Product)
         parts = [self.multiset(inner, part) for inner, part in zip(operands, sorts, strict=True) if part]

@@ -141,7 +141,7 @@ VARIABLE = '<variable refvariable="x"/>'
         ("<equality>", "<successor/><equality>", 21, "holds 2 elements"),
         (
             f"<structure>{VARIABLE}</structure></hl",
-            f"<structure><successor><subterm><tuple><subterm>{VARIABLE}</subterm></tuple></subterm></successor>"
+            f"<structure><successor><subterm><tuple>{2 * f'<subterm>{VARIABLE}</subterm>'}</tuple></subterm></successor>"
             "</structure></hl",
             18,
             "a tuple",
@@ -253,3 +253,40 @@ def test_a_sort_of_two_thousand_million_values_takes_no_memory(
         assert tracemalloc.get_traced_memory()[1] < 100 << 20  # reading a file takes 64 MiB
     finally:
         tracemalloc.stop()
+
+
+def _term(kind: str, *operands: str) -> str:
+    return f"<{kind}>" + "".join(f"<subterm>{operand}</subterm>" for operand in operands) + f"</{kind}>"
+
+
+EVERYWHERE = '<all><usersort declaration="Site"/></all>'
+A, B, SOUTH = (f'<useroperator declaration="{id}"/>' for id in ("a", "b", "south"))
+TWO = '<numberconstant value="2"><positive/></numberconstant>'
+
+
+@pytest.mark.parametrize(
+    ("marking", "tokens"),
+    [
+        (_term("subtract", EVERYWHERE, A, B), {"At(c)": 1}),
+        (_term("numberof", TWO, A, B), {"At(a)": 2, "At(b)": 2}),
+        (_term("tuple", EVERYWHERE), {"At(a)": 1, "At(b)": 1, "At(c)": 1}),
+        (_term("numberof", TWO, _term("tuple", SOUTH)), {"At(b)": 2, "At(c)": 2}),
+        (_term("subtract", EVERYWHERE, SOUTH), {"At(a)": 1}),
+    ],
+    ids=["three", "two kinds", "tuple of one", "element", "without element"],
+)
+def test_short_forms_that_tools_write(tmp_path: Path, marking: str, tokens: dict[str, int]) -> None:
+    net = read(tmp_path, NET.replace(EVERYWHERE, marking))
+    (page,) = net.pages
+    assert {node.id: node.tokens for node in page.objects if isinstance(node, pn.Place)} == tokens
+
+
+def test_a_product_of_one_sort_is_that_sort(tmp_path: Path) -> None:
+    text = NET.replace(
+        "</declarations>",
+        '<namedsort id="One" name="One"><productsort><usersort declaration="Site"/></productsort></namedsort>'
+        "</declarations>",
+    ).replace(
+        '<type><structure><usersort declaration="Site"/>', '<type><structure><usersort declaration="One"/>'
+    )
+    assert origins_of(read(tmp_path, text)).places == {"At": ("At(a)", "At(b)", "At(c)"), "Never": ()}
