@@ -129,6 +129,7 @@ def test_partitions_references_and_colours_that_cannot_occur(tmp_path: Path) -> 
 
 
 VARIABLE = '<variable refvariable="x"/>'
+SUBTERM = f"<subterm>{VARIABLE}</subterm>"
 
 
 @pytest.mark.parametrize(
@@ -141,7 +142,7 @@ VARIABLE = '<variable refvariable="x"/>'
         ("<equality>", "<successor/><equality>", 21, "holds 2 elements"),
         (
             f"<structure>{VARIABLE}</structure></hl",
-            f"<structure><successor><subterm><tuple>{2 * f'<subterm>{VARIABLE}</subterm>'}</tuple></subterm></successor>"
+            f"<structure><successor><subterm><tuple>{2 * SUBTERM}</tuple></subterm></successor>"
             "</structure></hl",
             18,
             "a tuple",
