@@ -20,6 +20,9 @@ SIGNS: dict[str, Callable[[int, int], bool]] = {
     ">=": operator.ge,
 }
 
+TURNED = {"<": ">", "<=": ">=", ">": "<", ">=": "<="}
+"""Signs that differ if both sides of a comparison change places."""
+
 
 class FieldName(NamedTuple):
     """A field as it is named in a text: with or without the id of its place."""
@@ -55,14 +58,19 @@ class Condition:
 
 @dataclass(frozen=True)
 class Comparison(Condition):
-    """A field compared with a constant."""
+    """A field compared with a constant, or with another field of the same token until names are resolved."""
 
     field: FieldName
     sign: str
-    value: Constant
+    value: Constant | FieldName
+
+    @property
+    def fields(self) -> tuple[FieldName, ...]:
+        """The fields that are compared."""
+        return (self.field, self.value) if isinstance(self.value, FieldName) else (self.field,)
 
     def holds(self, values: Mapping[FieldName, int]) -> bool:  # noqa: D102
-        assert not isinstance(self.value, str), "names are resolved"
+        assert not isinstance(self.value, (str, FieldName)), "names are resolved"
         return SIGNS[self.sign](values[self.field], self.value)
 
 
@@ -125,7 +133,7 @@ def comparisons(condition: Condition) -> Iterator[Comparison]:
         stack.extend(reversed(part.operands))
 
 
-def with_comparisons(condition: Condition, changed: Callable[[Comparison], Comparison]) -> Condition:
+def with_comparisons(condition: Condition, changed: Callable[[Comparison], Condition]) -> Condition:
     """Return a condition with each comparison replaced; its depth is bounded by the parser."""
     match condition:
         case Comparison():

@@ -11,6 +11,7 @@ from dineros.metamodel.clauses.expressions import unquoted
 from dineros.metamodel.errors import GuardError
 from dineros.metamodel.grammars import parser_of
 from dineros.metamodel.guards.conditions import (
+    TURNED,
     And,
     Assignment,
     Comparison,
@@ -26,8 +27,6 @@ if TYPE_CHECKING:
 
 _WORD = re.compile(r"""[\w.+-]+|==|&&|\|\||'[^']{0,40}'?|"[^"]{0,40}"?|\S""")
 """What a message about a place in a text shows."""
-
-_TURNED = {"<": ">", "<=": ">=", ">": "<", ">=": "<="}
 
 _HINTS = {
     r"==": "write = for equal",
@@ -152,7 +151,7 @@ class _GuardBuilder:
 
     def turned(self, children: list[Any]) -> Condition:
         value, sign, field = children
-        return self.comparison([field, _TURNED.get(sign, sign), value])
+        return self.comparison([field, TURNED.get(sign, sign), value])
 
     def between(self, children: list[Any]) -> Condition:
         field, low, high = children

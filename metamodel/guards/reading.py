@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from functools import partial
@@ -10,11 +11,13 @@ from itertools import product
 from dineros.metamodel import pn
 from dineros.metamodel.errors import GuardError, near_matches
 from dineros.metamodel.guards.conditions import (
+    TURNED,
     And,
     Comparison,
     Condition,
     Constant,
     FieldName,
+    Or,
     comparisons,
     with_comparisons,
 )
@@ -25,6 +28,7 @@ from dineros.metamodel.guards.values import (
     contains,
     is_subset,
     sample,
+    size,
     values_of,
     values_text,
 )
@@ -65,7 +69,9 @@ def read_guard(text: str, seen: Mapping[pn.Place, int], fields: Fields) -> dict[
     parts: dict[pn.Place, list[Condition]] = {}
     guard = parse_guard(text)
     for part in _conjuncts(guard):
-        places = dict.fromkeys(_place(each.field, seen, fields, "takes") for each in comparisons(part))
+        places = dict.fromkeys(
+            _place(field, seen, fields, "takes") for each in comparisons(part) for field in each.fields
+        )
         if len(places) > 1:
             raise GuardError(
                 f"one part compares fields of {' and '.join(str(place.id) for place in places)}",
@@ -157,7 +163,10 @@ def _place(name: FieldName, places: Mapping[pn.Place, int], fields: Fields, does
                 hint=f"write {FieldName(str(found[0].id), name.field)}",
             )
         known = sorted({each for place in places for each in fields(place)})
-        raise GuardError(f"no place has a field {name.field!r:.60}", hint=near_matches(name.field, known))
+        meant = near_matches(name.field, known)
+        if meant is None and re.fullmatch("[A-Z_0-9]+", name.field):
+            meant = f"write names of values in single quotes: state = '{name.field:.60}'"
+        raise GuardError(f"no place has a field {name.field!r:.60}", hint=meant)
     return found[0]
 
 
@@ -198,14 +207,38 @@ def _shown(value: Constant) -> str:
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
-def _resolved(comparison: Comparison, known: Mapping[str, FieldType]) -> Comparison:
-    field, _ = _asked(known, comparison.field.field)
+def _resolved(comparison: Comparison, known: Mapping[str, FieldType]) -> Condition:
+    field, values = _asked(known, comparison.field.field)
     if field.kind == "boolean" and comparison.sign not in ("=", "<>"):
         raise GuardError(
             f"the field {field.name!r} is true or false, which {comparison.sign!r} does not order"
         )
-    value = _constant(comparison.value, field)
-    return replace(comparison, field=FieldName(None, field.name), value=value)
+    own = FieldName(None, field.name)
+    if not isinstance(comparison.value, FieldName):
+        return replace(comparison, field=own, value=_constant(comparison.value, field))
+    other, others = _asked(known, comparison.value.field)
+    if (field.kind == "boolean") != (other.kind == "boolean"):
+        raise GuardError(f"it compares a boolean with a number: {comparison.field} and {comparison.value}")
+    return _of_two_fields(own, comparison.sign, FieldName(None, other.name), values, others)
+
+
+def _of_two_fields(
+    field: FieldName, sign: str, other: FieldName, values: Values, others: Values
+) -> Condition:
+    """Return a comparison of two fields of a token as comparisons with constants, one for each value."""
+    kinds = size(values) * size(others)
+    if kinds > MOST_KINDS:
+        raise GuardError(
+            f"comparing {field} with {other} tells {kinds} kinds of tokens apart, more than {MOST_KINDS}",
+            hint="give both fields a range, or names for all their values",
+        )
+    each_value = (value for low, high in values for value in range(low, high + 1))
+    return Or(
+        tuple(
+            And((Comparison(field, "=", value), Comparison(other, TURNED.get(sign, sign), value)))
+            for value in each_value
+        )
+    )
 
 
 def satisfying(condition: Condition, known: Mapping[str, FieldType]) -> dict[str, int] | None:

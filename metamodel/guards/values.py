@@ -32,6 +32,11 @@ def contains(values: Values, value: int) -> bool:
     return place > 0 and value <= values[place - 1][1]
 
 
+def size(values: Values) -> int:
+    """Return how many values are in a set."""
+    return sum(high - low + 1 for low, high in values)
+
+
 def is_subset(some: Values, others: Values) -> bool:
     """Return whether all values of one set are in another."""
     for low, high in some:

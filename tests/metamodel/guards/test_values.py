@@ -132,8 +132,6 @@ def test_ways_to_write_a_comparison(text: str, same: str) -> None:
         ("n = 1 && m = 2", "column 7 has '&&'", "write and"),
         ("n = 1 || m = 2", "column 7 has '||'", "write or"),
         ("!ok = true", "column 1 has '!'", "write not"),
-        ("n = BUSY", "column 5 has 'BUSY'", "single quotes"),
-        ('n = "BUSY"', "column 5 has '\"BUSY\"'", "single quotes"),
         ("n = 1.5", "column 6 has '.5'", "whole numbers"),
         ("n in (1, 2)", "column 3 has 'in'", "join comparisons by or"),
         ("Got.status.status = 1", "column 11 has '.status'", "nested messages"),

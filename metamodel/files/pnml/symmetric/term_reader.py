@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from math import prod
 from typing import TypeVar
 
 from lxml import etree
@@ -182,17 +181,16 @@ class TermReader:
         return self.value(xml, sort)
 
     def _times(self, xml: etree._Element, sort: Sort) -> Times:
-        numbers, inner = [], []
-        for operand in self._operands(xml):
-            (numbers if local(operand) == "numberconstant" else inner).append(operand)
+        operands = self._operands(xml)
+        numbers = [operand for operand in operands if local(operand) == "numberconstant"]
+        inner = [operand for operand in operands if local(operand) != "numberconstant"]
         if not inner:
             raise self._source.error(f"<{local(xml)}> without tokens", xml)
         if len(numbers) > 1:
             raise self._source.error(f"<{local(xml)}> with {len(numbers)} numbers", xml)
-        number = prod(
-            self._source.integer(self._source.attribute(each, "value"), each, "number of tokens", 0)
-            for each in numbers
-        )
+        number = 1
+        for each in numbers:
+            number = self._source.integer(self._source.attribute(each, "value"), each, "number of tokens", 0)
         parts = tuple(self.multiset(operand, sort) for operand in inner)
         return Times(number, parts[0] if len(parts) == 1 else Sum(parts))
 
