@@ -22,6 +22,7 @@ from dineros.metamodel.files.pnml.plain.values import (
     interval_of,
     kind_of,
     label_text,
+    note_blocks,
     only,
     tokens_of,
     weight_of,
@@ -159,6 +160,7 @@ class _PnmlReader:
         self._register(node)
         self._collect(self._node_says, node, xml, kind)
         self._collect(check_labels, xml, source)
+        note_blocks(xml, source)
 
     def _node_says(self, node: NodeRecord, xml: etree._Element, kind: str) -> None:
         source = self._source

@@ -10,6 +10,7 @@ from dineros.metamodel.errors import near_matches
 from dineros.metamodel.files.pnml.plain.known import (
     ATTRIBUTES,
     DISTRIBUTION,
+    DRAWN,
     ELEMENTS,
     HARMLESS_NAMESPACES,
     LEFT_OUT,
@@ -35,7 +36,7 @@ def check_attributes(xml: etree._Element, kind: str, source: Source) -> None:
             if name in LEFT_OUT and not (name == "player" and value.strip() in ("", "0")):
                 source.note(LEFT_OUT[name])
         elif not name.startswith(HARMLESS_NAMESPACES):
-            hint = MEANINGS.get(name) or near_matches(name, allowed) or _HINT
+            hint = MEANINGS.get(name) or near_matches(name, allowed - DRAWN) or _HINT
             what = f"<{local(xml)}> {xml.get('id')!r} has an unknown attribute {shortened(name)}"
             source.complain(what, xml, id=xml.get("id"), hint=hint)
 
@@ -118,9 +119,9 @@ class NetWide:
         """Return the value of an attribute or of the element of the same name, in lower case."""
         label, attribute = only(xml, name, self._source), xml.get(name)
         said = label_text(label, self._source) if label is not None else attribute
-        if attribute is not None and said is not None and attribute.strip() != said.strip():
+        if attribute is not None and said is not None and _plain(attribute) != _plain(said):
             raise contradiction(xml, name, said, attribute, self._source)
-        return None if said is None else said.strip().lower()
+        return None if said is None else _plain(said)
 
     def finish(self) -> None:
         """Report priorities that differ, and immediate transitions next to timed ones."""
@@ -128,7 +129,9 @@ class NetWide:
         hint = "a net with priorities can be written as .net or .xmi"
         self._differ(self._priorities, "1" if inside else "0", "the priority {}", hint)
         hint = "immediate transitions fire first, which is a priority: remove one of both"
-        self._differ(self._timed, "false", "timed = {}", hint)
+        truths = {"0": "false", "1": "true"}
+        timed = [(said if said is None else truths.get(said, said), xml) for said, xml in self._timed]
+        self._differ(timed, "false", "timed = {}", hint)
 
     def _differ(
         self, said: list[tuple[str | None, etree._Element]], default: str, words: str, hint: str
@@ -141,3 +144,9 @@ class NetWide:
         one, two = (f"{xml.get('id')!r} has {words.format(value)}" for value, xml in (first, other))
         message = f"transition {two}, and {one} on line {line_of(first[1])}"
         self._source.complain(message, other[1], id=other[1].get("id"), hint=hint)
+
+
+def _plain(said: str) -> str:
+    """Return a value in lower case, a whole number without zeros before it."""
+    text = said.strip().lower()
+    return text.lstrip("0") or "0" if text.isdecimal() else text

@@ -12,7 +12,7 @@ _SCHEMA = "{http://www.w3.org/2001/XMLSchema-instance}"
 HARMLESS_NAMESPACES = (_XML, _SCHEMA)
 """Namespaces of attributes that never concern the net."""
 
-_DRAWN = frozenset(
+DRAWN = frozenset(
     {
         *("positionX", "positionY", "nameOffsetX", "nameOffsetY", "markingOffsetX", "markingOffsetY"),
         *("x", "y", "width", "height", "angle", "color", "colour", "displayName", "visible", "invisible"),
@@ -22,22 +22,22 @@ _DRAWN = frozenset(
 """Attributes of any element that only a drawing or a list of names needs."""
 
 ATTRIBUTES: dict[str, frozenset[str]] = {
-    "net": _DRAWN | {"id", "type", "name", "active"},
-    "page": _DRAWN | {"id", "name"},
-    "place": _DRAWN | {"id", "name", "initialMarking", "capacity", "invariant"},
-    "transition": _DRAWN
+    "net": DRAWN | {"id", "type", "name", "active"},
+    "page": DRAWN | {"id", "name"},
+    "place": DRAWN | {"id", "name", "initialMarking", "capacity", "invariant"},
+    "transition": DRAWN
     | {"id", "name", "priority", "urgent", "timed", "player", "infiniteServer"}
     | {"distribution", "a", "b", "weight", "firingMode", "rate"},
-    "referencePlace": _DRAWN | {"id", "name", "ref"},
-    "referenceTransition": _DRAWN | {"id", "name", "ref"},
-    "arc": _DRAWN | {"id", "name", "source", "target", "type", "weight", "inscription", "transportID"},
+    "referencePlace": DRAWN | {"id", "name", "ref"},
+    "referenceTransition": DRAWN | {"id", "name", "ref"},
+    "arc": DRAWN | {"id", "name", "source", "target", "type", "weight", "inscription", "transportID"},
 }
 """Attributes that are read, checked (see `plain.values` and `plain.net_wide`) or harmless."""
 
 DISTRIBUTION = frozenset({"value", "c", "mean", "stddev", "shape", "scale", "logMean", "logStddev"})
 """Attributes of a transition with a distribution: its parameters, besides `a`, `b` and `rate`."""
 
-COLOURED_ATTRIBUTES = _DRAWN | {"id", "type", "name", "ref", "source", "target"}
+COLOURED_ATTRIBUTES = DRAWN | {"id", "type", "name", "ref", "source", "target"}
 """Attributes of any element of a symmetric net, whose values are in elements."""
 
 _ANY = frozenset({"name", "graphics", "toolspecific", "description"})
@@ -70,6 +70,13 @@ LEFT_OUT = {
 """Elements that have a meaning and are not read: a note names them."""
 
 MEANINGS = {
+    "marking": "a marking is <initialMarking><text>3</text></initialMarking>",
+    "tokens": "a marking is <initialMarking><text>3</text></initialMarking>",
+    "multiplicity": "a weight is <inscription><text>3</text></inscription>",
+    "weight": "a weight is <inscription><text>3</text></inscription>",
+    "inhibitor": 'write <arc type="inhibitor">',
+    "reset": "a reset arc takes all tokens, which arcs cannot express here",
+    "time": "a firing interval is a <delay> with an interval in MathML",
     "guard": "a guard is a condition on data",
     "readVariable": "the transition depends on data",
     "writeVariable": "the transition changes data",

@@ -7,7 +7,7 @@ contradictory value is an error that names both lines.
 from __future__ import annotations
 
 import re
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from typing import NamedTuple
 
 from lxml import etree
@@ -35,8 +35,11 @@ _REFUSED_TYPES = {
     "stopwatch": "stopwatch arcs stop a clock, which arcs cannot express here",
     "stopwatch-inhibitor": "stopwatch arcs stop a clock, which arcs cannot express here",
 }
-_SPECIAL = frozenset({"inhibitor", *_REFUSED_TYPES})
+_SPECIAL = frozenset({"inhibitor", "read", "test", "transfer", *_REFUSED_TYPES})
 """Kinds of arcs that a block of another tool may name."""
+_BEHAVIOUR = frozenset({"capacity", "priority", "guard", "urgent", "invariant", "delay", "interval"})
+"""What a block of another tool may say of a place or transition that changes the behaviour."""
+_NOT = frozenset({"false", "no", "none", "null", "normal"})
 _UNTIMED = re.compile(r"\[0,\s*inf\)(:\d+)?")
 """An interval of ages that restricts nothing, with the number of a transport arc."""
 _UNBOUNDED = frozenset({"0", "-1", "inf", "infinity", "∞", "w", "omega"})
@@ -233,15 +236,35 @@ def kind_of(arc: etree._Element, source: Source) -> str:
 
 
 def _kind_in_block(block: etree._Element) -> str | None:
-    """Return the special kind of arc that a block of another tool names in an attribute or a text."""
-    if block.get("tool") in (DINEROS, OWN) or is_inhibitor_mark(block):
-        return None
-    for xml in block.iter("{*}*"):
-        for said in (xml.text or "", *map(str, xml.attrib.values())):
-            word = said.strip().lower()
-            if word in _SPECIAL:
-                return word
+    """Return the special kind of arc that a block of another tool names: as a value, or as a flag."""
+    for name, value in _said_in_block(block):
+        flag = name.removeprefix("is").strip("_-").removesuffix("arc").strip("_-")
+        word = value if value in _SPECIAL else flag
+        if word in _SPECIAL and value not in _NOT | _UNBOUNDED:
+            return word
     return None
+
+
+def note_blocks(node: etree._Element, source: Source) -> None:
+    """Note what blocks of other tools say of the behaviour of a place or transition: it is not read."""
+    for block in node.iterchildren(tag=tag("toolspecific")):
+        for name, value in _said_in_block(block):
+            if name in _BEHAVIOUR and value not in _NOT | _UNBOUNDED:
+                source.note(
+                    f"blocks of {block.get('tool')!r} that name a {name} left out: blocks are not read"
+                )
+
+
+def _said_in_block(block: etree._Element) -> Iterator[tuple[str, str]]:
+    """Yield names and values of elements and attributes in a block of another tool, in lower case."""
+    if block.get("tool") in (DINEROS, OWN) or is_inhibitor_mark(block):
+        return
+    for xml in block.iter("{*}*"):
+        said = [(str(name).rpartition("}")[2], str(value)) for name, value in xml.attrib.items()]
+        if xml is block:
+            said = [each for each in said if each[0] not in ("tool", "version")]
+        for name, value in [*said, (local(xml), xml.text or "")]:
+            yield name.lower(), value.strip().lower()
 
 
 def _type(said: str, where: etree._Element, arc: etree._Element, source: Source) -> str:

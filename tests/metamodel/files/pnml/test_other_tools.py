@@ -132,6 +132,11 @@ READ: dict[str, tuple[str, Callable[[pn.Net], object], object]] = {
         lambda net: len(list(transitions(net))),
         2,
     ),
+    "the same priority and timing in other words": (
+        page('<transition id="u" priority="1" timed="0"/>', transition='priority="01" timed="false"'),
+        lambda net: len(list(transitions(net))),
+        2,
+    ),
     "closed delay": (
         page(intransition=mathml("closed", "<cn>4</cn>", "<cn>9</cn>")),
         the_interval,
@@ -443,7 +448,17 @@ def test_other_readers_see_read_arcs_as_a_pair_of_normal_ones(tmp_path: Path) ->
 
 
 @pytest.mark.parametrize(
-    "inside", ['<arc kind="inhibitor"/>', "<kind> Inhibitor </kind>", '<x:arc xmlns:x="urn:x" is="reset"/>']
+    "inside",
+    [
+        '<arc kind="inhibitor"/>',
+        "<kind> Inhibitor </kind>",
+        '<x:arc xmlns:x="urn:x" is="reset"/>',
+        "<inhibitor/>",
+        "<isInhibitor>true</isInhibitor>",
+        '<style inhibitor_arc="1"/>',
+        '<arc type="read"/>',
+        "<transfer>yes</transfer>",
+    ],
 )
 def test_a_block_of_another_tool_that_names_a_kind_of_arc_is_noted(tmp_path: Path, inside: str) -> None:
     """Blocks are their tools' own; but a reader who means such an arc must learn that it is a normal one."""
@@ -461,6 +476,56 @@ def test_a_block_of_another_tool_that_repeats_the_type_passes(tmp_path: Path) ->
     assert str(the_arc(net).kind) == "inhibitor"
     assert not remarks_of(net)
     assert not differences(net, again(tmp_path, net))
+
+
+@pytest.mark.parametrize(
+    "inside",
+    ["<inhibitor>false</inhibitor>", '<arc inhibitor="0"/>', "<kind>normal</kind>", "<reset>no</reset>"],
+)
+def test_a_block_of_another_tool_that_denies_a_kind_of_arc_passes(tmp_path: Path, inside: str) -> None:
+    block = f'<toolspecific tool="sketch" version="1">{inside}</toolspecific>'
+    assert not remarks_of(read_net(tmp_path, page(inarc=block)))
+
+
+@pytest.mark.parametrize(
+    ("part", "inside", "name"),
+    [
+        ("inplace", "<capacity>3</capacity>", "capacity"),
+        ("inplace", '<data Capacity="2"/>', "capacity"),
+        ("inplace", "<capacity>0</capacity>", None),
+        ("intransition", "<x:priority xmlns:x='urn:x'>2</x:priority>", "priority"),
+        ("intransition", "<guard>x &gt; 1</guard>", "guard"),
+        ("intransition", '<timing urgent="true"/>', "urgent"),
+        ("intransition", '<timing urgent="false"/>', None),
+        ("intransition", "<time>0</time><timeUnit>1</timeUnit><orientation>3</orientation>", None),
+    ],
+)
+def test_a_block_of_another_tool_that_names_behaviour_of_a_node_is_noted(
+    tmp_path: Path, part: str, inside: str, name: str | None
+) -> None:
+    block = f'<toolspecific tool="sketch" version="1">{inside}</toolspecific>'
+    remarks = list(remarks_of(read_net(tmp_path, page(**{part: block}))))
+    noted = f"blocks of 'sketch' that name a {name} left out: blocks are not read"
+    assert remarks == ([noted] if name else [])
+
+
+@pytest.mark.parametrize(
+    ("parts", "hint"),
+    [
+        ({"place": 'marking="3"'}, "<initialMarking>"),
+        ({"place": 'initialmarking="3"'}, "'initialMarking'"),
+        ({"transition": 'cold="true"'}, "it may change the behaviour"),
+        ({"intransition": "<time>3</time>"}, "a <delay>"),
+        ({"arc": 'reset="true"'}, "takes all tokens"),
+        ({"inarc": "<weight><text>3</text></weight>"}, "<inscription>"),
+    ],
+)
+def test_hints_name_what_has_the_meaning_of_an_unknown_part(
+    tmp_path: Path, parts: dict[str, str], hint: str
+) -> None:
+    with pytest.raises(ModelFileError) as caught:
+        read_net(tmp_path, page(**parts))
+    assert hint in (caught.value.hint or "")
 
 
 def test_variables_pass_only_if_there_are_none(tmp_path: Path) -> None:
