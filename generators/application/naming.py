@@ -11,9 +11,17 @@ from dataclasses import dataclass
 from dineros.generators.application.taken import owner_of
 from dineros.generators.templates.filters import Name
 from dineros.metamodel import sym
-from dineros.metamodel.elements import label
+from dineros.metamodel.elements import label, node_nets
 from dineros.metamodel.errors import DinerosError
-from dineros.metamodel.ros_names import camel_case, interfaces_package, resource_name, snake_case
+from dineros.metamodel.ros_names import (
+    camel_case,
+    full_name,
+    interfaces_package,
+    reserved_services,
+    reserved_topics,
+    resource_name,
+    snake_case,
+)
 from dineros.metamodel.token_data import field_type
 
 _PACKAGE = re.compile(r"[a-z][a-z0-9_]*[a-z0-9]")
@@ -256,3 +264,29 @@ def message_fields(token_type: sym.TokenType | None) -> dict[str, Name]:
         require_short(name, "the message field", token_type.id if token_type else None)
         names[field.name] = Name(name)
     return names
+
+
+def require_lifecycle_names(model: sym.SystemModel) -> None:
+    """Check that no channel has a name that its nodes need once all of them are lifecycle nodes.
+
+    The names of nodes that the model itself manages are checked by the constraint `channel-name-reserved`.
+
+    Raises
+    ------
+    NamingError
+        A service or a topic has such a name.
+    """
+    places = [((node.namespace or "").rstrip("/"), resource_name(label(node))) for node in node_nets(model)]
+    added = set[str]()
+    for above, name in places:
+        own = f"{above}/{name}"
+        added |= reserved_services(own, {}, True).keys() - reserved_services(own, {}, False).keys()
+        added |= reserved_topics(own, {}, True).keys() - reserved_topics(own, {}, False).keys()
+    for channel in model.channels:
+        said = getattr(channel, "topic", None) or getattr(channel, "service", None)
+        for taken in sorted(added & {full_name(said, *place) for place in places} if said else ()):
+            raise NamingError(
+                f"{taken} of {channel.id!r} is a name that a lifecycle node has itself",
+                element=channel.id,
+                hint="rename it, or generate plain nodes",
+            )

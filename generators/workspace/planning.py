@@ -9,7 +9,12 @@ from typing import Any
 
 from dineros.generators.application.application import Application, NodePackage, Transition
 from dineros.generators.application.collecting import application_of
-from dineros.generators.application.naming import NOTHING_RESERVED, Reserved, require_short_paths
+from dineros.generators.application.naming import (
+    NOTHING_RESERVED,
+    Reserved,
+    require_lifecycle_names,
+    require_short_paths,
+)
 from dineros.generators.application.reserved import reserved_names
 from dineros.generators.templates.filters import Name, Written
 from dineros.generators.templates.rendering import TemplateError, Templates, generator
@@ -85,6 +90,8 @@ def plan(model: sym.SystemModel, workspace: Path, options: Options, known: Manif
             hint="use --templates DIR, or --default-templates for the built-in templates",
         )
     templates = Templates(model.id, folder)
+    if chosen["lifecycle"]:
+        require_lifecycle_names(model)
 
     def render(app: Application, module: str) -> bytes:
         probe = _Files(app, templates, _common(app, NOTHING_RESERVED, options, chosen))

@@ -100,6 +100,14 @@ _OTHER_FORMATS = {
     ".def": "this is GreatSPN's net: export it as PNML there",
     ".llnet": "this is a net of PEP: convert it to PNML, with APT for example",
     ".ll_net": "this is a net of PEP: convert it to PNML, with APT for example",
+    ".pnt": "this is a net of INA: convert it to PNML",
+    ".rnw": "this is a drawing of Renew: export the net as PNML there",
+    **dict.fromkeys(
+        (".spped", ".spept", ".andl"), "this is a net of Snoopy: export it as PNML or .net there"
+    ),
+    **dict.fromkeys(
+        (".db3", ".mcap", ".bag"), "this is a recording: 'dineros import --bag' makes a model of it"
+    ),
     ".apt": "this is a net of APT: convert it to PNML there",
     ".lola": "this is a net of LoLA: convert it to PNML",
     ".cpn": "this is a coloured net of CPN Tools: only P/T nets are read; unfold it and export PNML",
@@ -133,8 +141,10 @@ def _format(
 
 def _unknown_suffix(path: Path | str, others: Mapping[str, str]) -> ModelFileError:
     suffix = Path(path).suffix.lower()
+    # A file that exists has no misspelt name: a near suffix would be advice to rename it.
+    near = None if others and Path(path).exists() else near_matches(suffix, SUFFIXES)
     return ModelFileError(
         f"{suffix!r} is not a suffix of a model file" if suffix else "the file name has no suffix",
         location=Location(path),
-        hint=others.get(suffix) or near_matches(suffix, SUFFIXES) or f"known are {', '.join(SUFFIXES)}",
+        hint=others.get(suffix) or near or f"known are {', '.join(SUFFIXES)}",
     )

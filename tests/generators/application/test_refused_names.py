@@ -83,6 +83,27 @@ def test_what_is_installed_is_refused_but_for_generated_packages(
     assert owner_of("ros_own") is None
 
 
+@pytest.mark.parametrize(
+    ("service", "is_taken"),
+    [("/waiter/change_state", True), ("~/get_state", True), ("/waiter/get_states", False), ("/cook", False)],
+)
+def test_lifecycle_nodes_keep_the_names_of_their_services(
+    tmp_path: Path, service: str, is_taken: bool
+) -> None:
+    model = kitchen()
+    (channel,) = [each for each in model.channels if isinstance(each, sym.ServiceChannel)]
+    channel.service = service
+    plain = Options(source="a.sym.xmi")
+    generate(model, tmp_path / "plain", plain)
+    options = Options(source="a.sym.xmi", lifecycle=True)
+    if not is_taken:
+        generate(model, tmp_path / "managed", options)
+        return
+    with pytest.raises(NamingError, match="is a name that a lifecycle node has itself"):
+        generate(model, tmp_path / "managed", options)
+    assert not (tmp_path / "managed").exists()
+
+
 LONG = "x" * 250
 
 

@@ -72,6 +72,10 @@ def test_no_format_is_imported_before_it_is_needed() -> None:
         ("net.llnet", "a net of PEP"),
         ("net.ndr", "TINA's drawing: save it as .net"),
         ("net.PNPRO", "GreatSPN"),
+        ("net.pnt", "a net of INA"),
+        ("net.rnw", "a drawing of Renew"),
+        ("net.spped", "a net of Snoopy"),
+        ("run.mcap", "this is a recording: 'dineros import --bag'"),
         ("net.pmnl", "did you mean '.pnml'"),
     ],
 )
@@ -81,6 +85,15 @@ def test_files_of_other_tools_are_named_for_what_they_are(name: str, hint: str, 
     assert hint in str(caught.value)
     if "did you" not in hint:
         assert "did you mean" not in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["net.pn", "net.ptn", "net.nets", "net.ctl", "net.xmm"])
+def test_nothing_advises_to_rename_a_file_that_is_there(name: str, tmp_path: Path) -> None:
+    path = tmp_path / name
+    path.write_text("PN", encoding="utf-8")
+    with pytest.raises(ModelFileError) as caught:
+        load(path)
+    assert "known are .xmi" in str(caught.value) and "did you mean" not in str(caught.value)
 
 
 @pytest.mark.parametrize("name", ["a.pnml", "a.net", "a.xmi"])
