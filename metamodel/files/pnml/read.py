@@ -208,7 +208,8 @@ class _PnmlReader:
     def _register(self, record: Record) -> None:
         first = self._net.ids.setdefault(record.id, record)
         if first is not record:
-            hint = f"by line {line_of(first.xml) if first.xml is not None else '?'}"
+            line = line_of(first.xml) if first.xml is not None else "?"
+            hint = f"by line {line}; all elements of a file share one space of ids"
             raise self._source.error(f"the id {record.id!r} is taken", record.xml, id=record.id, hint=hint)
 
 

@@ -290,9 +290,8 @@ class TreeReader:
         if other is not element:
             first = location_of(other)
             lines = f"lines {first.line} and {line_of(node)}" if first else "two elements"
-            raise self._error(
-                node, f"the id {shortened(name)} is used twice, on {lines}", "give each element its own id"
-            )
+            hint = "give one of them another: all elements of a file, channels too, share one space of ids"
+            raise self._error(node, f"the id {shortened(name)} is used twice, on {lines}", hint)
 
     def _refer(self, node: etree._Element, element: EObject, feature: Feature, text: str) -> None:
         targets = text.split()

@@ -22,6 +22,7 @@ from dineros.metamodel.files.xml import line_of
 
 _TYPES = {
     "normal": "normal",
+    "ordinary": "normal",
     "inhibitor": "inhibitor",
     "read": "read",
     "test": "read",

@@ -40,7 +40,11 @@ BAD = {
     # ids and references
     "no id": (inside("<place/>"), "<place> has no id", 6),
     "blank id": (inside('<place id=" "/>'), "<place> has no id", 6),
-    "id twice": (inside('<place id="t"/>'), "the id 't' is taken (by line 5)", 6),
+    "id twice": (
+        inside('<place id="t"/>'),
+        "the id 't' is taken (by line 5; all elements of a file share one space of ids)",
+        6,
+    ),
     "id of the net": (inside('<place id="net"/>'), "the id 'net' is taken", 6),
     "id of a signal twice": (
         inside(OWN.format(' class="sym.NodeNet"><signals id="p"/>')),

@@ -63,6 +63,11 @@ READ: dict[str, tuple[str, Callable[[pn.Net], object], object]] = {
     "attribute test": (page(arc='type="test"'), lambda net: str(the_arc(net).kind), "read"),
     "attribute read": (page(arc='type="read"'), lambda net: str(the_arc(net).kind), "read"),
     "attribute normal": (page(arc='type="normal"'), lambda net: str(the_arc(net).kind), "normal"),
+    "Renew's normal arc": (
+        page(inarc="<type><text>ordinary</text></type>"),
+        lambda net: str(the_arc(net).kind),
+        "normal",
+    ),
     "two forms that agree": (
         page(arc='type="inhibitor"', inarc='<type value="inhibitor"/>'),
         lambda net: str(the_arc(net).kind),

@@ -332,3 +332,12 @@ def test_a_model_that_no_reader_would_take_is_not_written(folder: Path) -> None:
     assert differences(read_text(folder, xmi_bytes(deepest).decode()), deepest) == []
     with pytest.raises(ModelFileError, match="nests deeper than 250"):
         xmi_bytes(nested(251))
+
+
+def test_a_channel_with_the_id_of_a_transition_says_what_shares_the_space(tmp_path: Path) -> None:
+    model = small_system()
+    text = xmi_bytes(model).decode()
+    channel = model.channels[0].id
+    assert 'id="take"' in text
+    with pytest.raises(ModelFileError, match="all elements of a file, channels too, share one space of ids"):
+        read_text(tmp_path, text.replace(f'id="{channel}"', 'id="take"'))
