@@ -263,9 +263,11 @@ def _teller(
         announcer.tell(event)
         if event.name in remotes:
             remotes[event.name].tell(event)
-        if event.event == "failed":
-            if event.status == CANNOT_START:
-                observer.refused.add(event.name)
+        # The run may end while a process still tries to start: it is stopped, but it had already failed.
+        cannot_start = event.event in ("failed", "stopped") and event.status == CANNOT_START
+        if cannot_start:
+            observer.refused.add(event.name)
+        if event.event == "failed" or cannot_start:
             warn(
                 f"{event.name} ended with {status_text(event.status)}{': ' if event.said else ''}{event.said}"
             )

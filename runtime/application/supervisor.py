@@ -328,7 +328,8 @@ class Supervisor:
             status = child.process.wait(max(0.0, deadline - time.monotonic()))
         except subprocess.TimeoutExpired:
             return
-        self._tell(child, "stopped", status)
+        said = last_line(child.plan.log, child.log_start) if status == CANNOT_START else ""
+        self._tell(child, "stopped", status, said)
         child.gone()
 
     def _tell(self, child: _Child, event: _Event, status: int | None = None, said: str = "") -> None:

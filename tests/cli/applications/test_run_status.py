@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, Literal
 
 import pytest
 
@@ -98,10 +98,15 @@ def test_a_node_whose_process_cannot_start_has_not_come_up(has_acted: bool) -> N
     assert outcome("timeout", observer).status == (0 if has_acted else 2)
 
 
-def test_the_supervisor_reports_which_processes_cannot_start(tmp_path: Path) -> None:
+@pytest.mark.parametrize("ending", ["failed", "stopped"])
+def test_the_supervisor_reports_which_processes_cannot_start(
+    tmp_path: Path, ending: Literal["failed", "stopped"], capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A run may end while a process has its first marking and not yet what ROS refuses: it is stopped."""
     observer, announcer = Observer(), SimpleNamespace(tell=lambda _: None)
     with (tmp_path / "log").open("w") as log:
         tell = ros._teller(log, announcer, {}, observer)  # type: ignore[arg-type]
         for name, status in (("talker", 2), ("listener", 1)):
-            tell(ProcessEvent(0.0, name, "failed", 1, status))
+            tell(ProcessEvent(0.0, name, ending, 1, status, "no such interface"))
     assert observer.refused == {"talker"}
+    assert "talker ended with exit status 2: no such interface" in capsys.readouterr().err

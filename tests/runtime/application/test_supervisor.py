@@ -355,3 +355,22 @@ def test_a_log_that_is_a_link_is_left_alone(tmp_path: Path) -> None:
     assert (tmp_path / "other").read_text() == "x" * 1000
     assert (tmp_path / "node.log").read_text() == ""
     assert not rotate(tmp_path / "missing.log", 10)
+
+
+@pytest.mark.parametrize(("status", "said"), [(2, "no such interface"), (0, ""), (1, "")])
+def test_a_process_that_cannot_start_says_why_also_while_it_is_stopped(
+    tmp_path: Path, status: int, said: str
+) -> None:
+    program = (
+        "import pathlib, signal, sys, time\n"
+        f"signal.signal(signal.SIGINT, lambda *_: (print('no such interface'), sys.exit({status})))\n"
+        "pathlib.Path('ready').touch()\n"
+        "time.sleep(60)\n"
+    )
+    events: list[ProcessEvent] = []
+    with Supervisor([plan(tmp_path, program)], QUICK, events.append):
+        deadline = time.monotonic() + 20
+        while not (tmp_path / "ready").exists():
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
+    assert (events[-1].event, events[-1].status, events[-1].said) == ("stopped", status, said)
