@@ -27,6 +27,7 @@ from dineros.sources.facts import (
     NodeFact,
 )
 from dineros.sources.places import Place, located
+from dineros.sources.unknown_ends import ONE_VALUE
 
 SLEEPS = Fault("code-sleeps", "warning", "A callback sleeps a second or more.", "{who} {words}")
 WAITS = Fault("code-waits", "warning", "A callback waits without time-out.", "{who} {words}")
@@ -167,7 +168,7 @@ def _of_callback(callback: CallbackFact, node: NodeFact) -> Iterator[tuple[Place
             words = f"spins ({effect.do}{where}) while its executor runs it: {outcome}"
             yield finding(SPINS, effect, words)
         elif effect.do == "loop" and effect.how:
-            yield finding(LOOPS, effect, f"may loop forever ({effect.what}): {effect.how}")
+            yield effect.at, _loop(effect, callback, node, who)
         elif effect.do == "forgets":
             words = f"calls the coroutine {effect.what} and does not await it"
             if effect.how == "generator":
@@ -186,8 +187,21 @@ def _of_callback(callback: CallbackFact, node: NodeFact) -> Iterator[tuple[Place
         yield finding(SLEEPS, sleeps[0], words)
 
 
+def _loop(effect: Effect, callback: CallbackFact, node: NodeFact, who: str) -> Finding:
+    """Return the finding of a loop without end: an error if what its test asks has one value."""
+    is_certain = effect.how.startswith(ONE_VALUE)
+    words = f"{'loops' if is_certain else 'may loop'} forever ({effect.what}): {effect.how}"
+    found = LOOPS.found(node.name, callback.name, who=who, words=words)
+    return replace(found, severity="error") if is_certain and effect.when != "conditional" else found
+
+
 def _endless(callback: CallbackFact, node: NodeFact) -> Iterator[tuple[Place, Finding]]:
     """Yield waits of work on a goal in a thread of its own, which circles of callbacks cannot show."""
+    if callback.kind == "execute" and not _holds_others_up(callback, node):
+        who = f"callback {callback.name} of {node.name}, which works on goals,"
+        for effect in callback.effects:
+            if effect.do == "loop" and effect.how.startswith(ONE_VALUE):
+                yield effect.at, _loop(effect, callback, node, who)
     for effect in callback.effects if callback.is_apart else ():
         if effect.do == "call" and effect.how == "blocks, without time-out":
             who = f"the work on goals of {node.name} ({callback.name})"

@@ -41,7 +41,11 @@ def lock_waits(node: NodeFact) -> Iterator[tuple[Place, Finding]]:
                 or (effect.do == "sleep" and (effect.timeout or 0) >= LONG)
             )
             for lock in effect.holding:
-                if waits:
+                if effect.do == "wait" and effect.timeout is None:
+                    ends = {each.name for each in node.callbacks if _ends(each, effect)}
+                    others = ends & {each.name for each in users.get(lock, ())} - {callback.name}
+                    yield from _held(effect, callback, node, f"for {effect.what}", lock, others)
+                elif waits:
                     others = {each.name for each in users.get(lock, ()) if each.name != callback.name}
                     yield from _held(effect, callback, node, effect.do, lock, others)
                 elif effect.do == "lock" and lock != effect.what:
@@ -57,6 +61,10 @@ def lock_waits(node: NodeFact) -> Iterator[tuple[Place, Finding]]:
                         )
                     }
                     yield from _held(effect, callback, node, f"for {effect.what}", lock, others)
+
+
+def _ends(callback: CallbackFact, wait: Effect) -> bool:
+    return any((each.do, each.what) == ("notify", wait.what) for each in callback.effects)
 
 
 def _held(

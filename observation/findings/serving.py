@@ -8,7 +8,7 @@ from dineros.sources.facts import CallbackFact, Entity, NodeFact, is_open
 
 CALLED = (
     *("subscription", "timer", "service", "goal", "cancel", "accepted", "done callback", "feedback"),
-    *("transition", "parameters", "task"),
+    *("transition", "parameters", "guard condition", "task"),
 )
 """Kinds of callbacks that an executor runs in turn."""
 

@@ -241,10 +241,23 @@ class Body:
         flow(here, again, here)
         return after
 
-    def end(self, state: pn.Place, exit: pn.Place | None = None) -> None:
-        """End the callback: with a token on a place, a server's response, or nothing."""
+    def end(
+        self,
+        state: pn.Place,
+        exit: pn.Place | None = None,
+        overlaps: tuple[sym.Transition, int] | None = None,
+    ) -> None:
+        """End the callback: with a token on a place, a server's response, or nothing.
+
+        `overlaps`: its first transition, and how many of its runs there are at once at most.
+        """
         if exit is None:
-            flow(state, self.transition("ends", kind="end"))
+            ends = self.transition("ends", kind="end")
+            flow(state, ends)
+            if overlaps is not None:
+                free = self.place("free", tokens=overlaps[1])
+                flow(free, overlaps[0])
+                flow(ends, free)
         else:
             flow(state, self.transition("answers"), exit)
 

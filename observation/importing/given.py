@@ -94,6 +94,8 @@ class GivenCallback:
         Its steps in branches, if it depends on a field of the message that it receives.
     has_open_group : bool
         Whether the code does not say its group, so that the default group is assumed.
+    overlaps : int or None
+        Of a timer or a subscription: how many of its runs the model has at once at most.
     outstanding : int or None
         Of an action client: how many goals the program has under way at most.
     """
@@ -111,6 +113,7 @@ class GivenCallback:
     rejected: Flow | None = None
     received: Received | None = None
     has_open_group: bool = field(default=False, compare=False)
+    overlaps: int | None = None
     outstanding: int | None = None
 
     @property

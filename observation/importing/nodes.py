@@ -122,7 +122,9 @@ class NodeBuilder(Abilities):
         if self._said.timers is None or name in self._said.open_timers:
             body.page.assumed = f"{body.page.assumed} period" if body.page.assumed else "period"
         body.page.offset = seconds(*said.offset) if said.offset is not None else None
-        body.end(body.run(body.transition("ticks", kind="start"), *self._does(name)))
+        ticks = body.transition("ticks", kind="start")
+        overlaps = None if said.overlaps is None else (ticks, said.overlaps)
+        body.end(body.run(ticks, *self._does(name)), overlaps=overlaps)
 
     # --------------------------------------------------------------------------------------------- callbacks
 
@@ -138,7 +140,9 @@ class NodeBuilder(Abilities):
             state = body.run(begin, *self._does(name))
         else:
             state = body.decide(begin, place, received)
-        body.end(body.store(state, self._possible.waits.get(Step("wait", endpoint.topic))))
+        most = self._said.callbacks.get(name, GivenCallback()).overlaps
+        state = body.store(state, self._possible.waits.get(Step("wait", endpoint.topic)))
+        body.end(state, overlaps=None if most is None else (begin, most))
         limit, is_taken = self._depth(endpoint)
         port = self._channels.subscribe(endpoint, place, limit)
         if is_taken:

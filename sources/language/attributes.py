@@ -170,7 +170,8 @@ class Slots:
         is_perhaps = self.activity.conditional > (holder.level if isinstance(holder, Made) else 0)
         is_off = bool(self.activity.disabled)
         if slot is None or (slot.is_off and not is_off):
-            holder.slots[name] = slot = Slot(value, self.run, is_perhaps, is_off, [value])
+            holder.slots[name] = slot = Slot(value, self.run, is_perhaps, is_off)
+            slot.add(value, MOST_VALUES, name)
             self.changes += 1
             if not is_off:
                 self._log(slot, None)

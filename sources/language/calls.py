@@ -327,7 +327,8 @@ class Interpreter(Statements):
                 if not is_none(each):
                     return self.described(each)
         if isinstance(function, OutsideMethod):
-            return function.text or function.name, None, False
+            at = function.at if function.is_followed else None
+            return function.text or function.name, at, False
         if isinstance(function, Outside):
             return function.path, None, False
         return (function.text if isinstance(function, Open) else "open"), None, False

@@ -58,7 +58,7 @@ def why_endless(node: ast.While, never: frozenset[ast.If] = NO_IFS) -> str:
 
 
 def exits_of(node: ast.While, never: frozenset[ast.If] = NO_IFS) -> list[ast.expr] | None:
-    """Return the tests that decide whether a loop ends; None: it may also end otherwise.
+    r"""Return the tests that decide whether a loop ends; None: it may also end otherwise.
 
     The bodies of `never` are not run.
 
@@ -69,9 +69,12 @@ def exits_of(node: ast.While, never: frozenset[ast.If] = NO_IFS) -> list[ast.exp
     >>> loop = ast.parse("while ok() and not a: sleep(1)").body[0]
     >>> [ast.unparse(each) for each in exits_of(loop)]
     ['ok() and (not a)']
+    >>> loop = ast.parse("while True:\n  if a: continue\n  break").body[0]
+    >>> [ast.unparse(each) for each in exits_of(loop)]
+    ['True', 'not a']
     """
     found = [node.test]
-    todo: list[tuple[ast.AST, tuple[ast.expr, ...], bool]] = [(each, (), False) for each in node.body]
+    todo: list[tuple[ast.AST, tuple[ast.expr, ...], bool]] = _after_continues(node)
     while todo:
         part, tests, is_inside = todo.pop()
         if part in never:
@@ -88,6 +91,17 @@ def exits_of(node: ast.While, never: frozenset[ast.If] = NO_IFS) -> list[ast.exp
         is_inside = is_inside or isinstance(part, (ast.While, ast.For, ast.AsyncFor))
         todo += [(child, inner, is_inside) for child in ast.iter_child_nodes(part)]
     return list(dict.fromkeys(found))
+
+
+def _after_continues(node: ast.While) -> list[tuple[ast.AST, tuple[ast.expr, ...], bool]]:
+    """Return the statements of a loop, with the tests under which no ``continue`` before them is taken."""
+    found: list[tuple[ast.AST, tuple[ast.expr, ...], bool]] = []
+    tests: tuple[ast.expr, ...] = ()
+    for each in node.body:
+        found.append((each, tests, False))
+        if isinstance(each, ast.If) and isinstance(each.body[-1], ast.Continue):
+            tests = (*tests, ast.copy_location(ast.UnaryOp(ast.Not(), each.test), each.test))
+    return found
 
 
 _ENDS = ("exit", "_exit", "shutdown", "try_shutdown")

@@ -115,6 +115,7 @@ class Expressions(Collections):
             while here is not None and self.holder_of(here) is None:
                 if name in here.names and here is not frame and not _is_hidden(here, frame):
                     here.names[name] = join([here.names[name], value])
+                    self._changes_variable(name, here)
                     return
                 here = here.outer
         if here is None:
@@ -122,6 +123,8 @@ class Expressions(Collections):
         holder = self.holder_of(here)
         if holder is not None:
             self.write_slot(holder, name, value)
+            if frame is not here:
+                self._changes_variable(name, here)
             return
         if (
             isinstance(value, Const)
@@ -131,6 +134,11 @@ class Expressions(Collections):
         ):
             value = Const(value.value, "variable")
         here.names[name] = value
+
+    def _changes_variable(self, name: str, frame: Frame) -> None:
+        """Record that a callback changes a variable of a module, or of a function around it."""
+        if self.activity.fact.kind not in ("constructor", "module"):
+            self.attributes.changed.append((shared_name(name, frame), self.activity.fact))
 
     def _value_of_NamedExpr(self, node: ast.NamedExpr, frame: Frame) -> Value:  # noqa: N802
         value = self.evaluate(node.value, frame)
@@ -192,7 +200,7 @@ class Expressions(Collections):
             and value.text.startswith("parameter")
         ):
             return value
-        return OutsideMethod(value, name, text)
+        return OutsideMethod(value, name, text, self.place(node, frame))
 
     def _of_class(self, found: Value, instance: Object, node: ast.AST, frame: Frame) -> Value:
         """Return what the class of an instance has under a name, and no function: also descriptors."""
@@ -306,6 +314,11 @@ class Expressions(Collections):
         if here is None or here.function is None or here.function.owner is None or here.instance is None:
             return Open("super()")
         return SuperOf(here.instance, here.function.owner)
+
+
+def shared_name(name: str, frame: Frame) -> str:
+    """Return the name of a variable that functions share, with the function that has it."""
+    return name if frame.function is None else f"{name} of {frame.function.name}"
 
 
 def shared(function: Function) -> frozenset[str]:

@@ -11,11 +11,14 @@ from collections.abc import Hashable, Iterator
 from dataclasses import replace
 
 from dineros.sources.language.values import (
+    QUEUE,
     Bound,
     Callback,
     Frame,
     Function,
+    Items,
     Made,
+    Mapping,
     Object,
     Open,
     Partial,
@@ -97,6 +100,13 @@ def _around(function: Function) -> dict[str, Value]:
     return found
 
 
-def _made_again(value: Value) -> Hashable:
-    """Return a key of a value; results of a library that one line makes again count as the same."""
+def _made_again(value: Value, depth: int = 3) -> Hashable:
+    """Return a key of a value; what one line makes again counts as the same: results of a library, lists."""
+    if isinstance(value, Items) and value.kind != QUEUE and depth:
+        return (Items, value.kind, *(_made_again(each, depth - 1) for each in value.items[:8]))
+    if isinstance(value, Mapping) and depth:
+        return (
+            Mapping,
+            *((key, _made_again(each, depth - 1)) for key, each in list(value.items.items())[:8]),
+        )
     return (value.path, value.at) if isinstance(value, Made) else identity(value)

@@ -208,8 +208,9 @@ class Class(Value):
 class Slot:
     """An attribute of an object, or a variable of a module: its current value, and all that it has had.
 
-    `is_perhaps`: it may also have what the object was made with; `is_off`: it has, for certain. Results
-    that depend on all values are cached until a value is added, as each callback reads most attributes.
+    `is_perhaps`: it may also have what the object was made with; `is_off`: it has, for certain; `is_setting`:
+    people can set one of its values. Results that depend on all values are cached until a value is added, as
+    each callback reads most attributes.
     """
 
     current: Value
@@ -217,11 +218,13 @@ class Slot:
     is_perhaps: bool = False
     is_off: bool = False
     values: list[Value] = field(default_factory=list)
+    is_setting: bool = False
     _joined: Value | None = field(default=None, init=False)
     _holders: list[Port | Object] | None = field(default=None, init=False)
 
     def add(self, value: Value, most: int, name: str) -> bool:
         """Add a value, and return whether it is new; if there are more than `most`, the attribute is open."""
+        self.is_setting |= isinstance(value, Const) and value.is_setting
         if any(same(value, each) for each in self.values):
             return False
         self.values = [Open(name)] if len(self.values) >= most else [*self.values, value]
@@ -315,11 +318,19 @@ class Bound(Value):
 
 @dataclass(eq=False)
 class OutsideMethod(Value):
-    """A method that no class of the program has: of a library, on a value."""
+    """A method that no class of the program has: of a library, on a value; `at`: where the code names it."""
 
     instance: Value
     name: str
     text: str = ""
+    at: Place | None = None
+
+    @property
+    def is_followed(self) -> bool:
+        """Whether all that a call of it does is known: of a container, a queue, an event."""
+        value = self.instance
+        is_event = isinstance(value, Made) and value.path.rpartition(".")[2] in ("Event", "Semaphore")
+        return self.at is not None and (is_event or isinstance(value, (Items, Mapping)))
 
 
 @dataclass(eq=False)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import lru_cache
 
@@ -53,21 +53,12 @@ def find_variables(machine: Machine, outside: Iterable[Item]) -> None:
     outside : iterable of Item
         Effects of the program outside of constructors and callbacks.
     """
-    known = machine.attributes
-    modules = [machine.modules.all[path] for path in machine.frames if path in machine.modules.all]
-    hidden = _Hidden(modules, known.stores)
-    if known.is_wild or hidden.is_wild:
-        return
-    names = known.names | hidden.set_by(known.calls)
+    known, is_known = machine.attributes, only_followed(machine)
     loose = variables_set(list(outside))
     loose |= {each for fact in _unused(machine) for each in variables_set(fact.body or [])}
     users = _users(machine)
     for holder, variable in known.all():
-        if variable in loose or variable.name in names or variable.name in _TAKEN:
-            continue
-        if id(holder) not in known.single or not _is_plain(machine, holder, variable.name):
-            continue
-        if hidden.is_stored(variable.name, holder):
+        if variable in loose or not is_known(holder, variable.name):
             continue
         nodes = users.get(variable, set())
         first = known.first(variable) if known.has_first(variable) else _of_class(machine, holder, variable)
@@ -76,6 +67,33 @@ def find_variables(machine: Machine, outside: Iterable[Item]) -> None:
             next(iter(nodes)).variables.append(variable)
     for node in machine.nodes:
         _finish(node)
+
+
+def only_followed(machine: Machine) -> Callable[[Object, str], bool]:
+    """Return whether only code that was followed can set an attribute of an object.
+
+    Parameters
+    ----------
+    machine : Machine
+        The interpreter, at the end of the program.
+    """
+    known = machine.attributes
+    modules = [machine.modules.all[path] for path in machine.frames if path in machine.modules.all]
+    hidden = _Hidden(modules, known.stores)
+    if known.is_wild or hidden.is_wild:
+        return lambda holder, name: False
+    names = known.names | hidden.set_by(known.calls)
+
+    def is_known(holder: Object, name: str) -> bool:
+        return (
+            name not in names
+            and name not in _TAKEN
+            and id(holder) in known.single
+            and _is_plain(machine, holder, name)
+            and not hidden.is_stored(name, holder)
+        )
+
+    return is_known
 
 
 def _unused(machine: Machine) -> Iterator[CallbackFact]:

@@ -286,7 +286,11 @@ class Doer:
             return Open("is held")
         if kind in ("Event", "Condition", "Barrier") and name in ("wait", "wait_for"):
             given = call.argument(0 if name == "wait" else 1, "timeout")
-            effect("wait", label, node, frame, within(given), timeout=seconds(given))
+            found = effect("wait", label, node, frame, within(given), timeout=seconds(given))
+            if kind == "Condition":  # it releases its lock while it waits
+                lock = made.argument(0, "lock")
+                own = {label, self._label(lock, lock.name or lock.path) if isinstance(lock, Made) else label}
+                found.holding = tuple(each for each in found.holding if each not in own)
             if kind == "Barrier" and constant(made.argument(0, "parties")) != 1:
                 effect("notify", label, node, frame, BARRIER)
             return Open("is set")

@@ -351,7 +351,7 @@ class Maker:
                 "callback",
                 call.argument(2, "callback"),
                 fact,
-                [Open("request"), Response("response")],
+                [Message("request"), Response("response")],
                 "service",
             )
             self.group(entity, call.argument(-1, "callback_group"), fact)

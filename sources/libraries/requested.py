@@ -1,7 +1,8 @@
-"""Callbacks that services of the library run: of transitions of managed nodes, and of changed parameters.
+"""Callbacks that requests from outside run: of transitions, of changed parameters, of guard conditions.
 
 A transition runs in the callback of the service ``~/change_state``, what checks new values of parameters in
-that of ``~/set_parameters``. Both are in the default callback group of the node, in rclpy and in rclcpp.
+that of ``~/set_parameters``. Both are in the default callback group of the node, in rclpy and in rclcpp. A
+guard condition has its own group; other code triggers it.
 """
 
 from __future__ import annotations
@@ -16,6 +17,8 @@ TRANSITION = "transition"
 """Kind of callbacks that transitions run."""
 PARAMETERS = "parameters"
 """Kind of callbacks that check or hear of new values of parameters."""
+GUARD = "guard condition"
+"""Kind of callbacks that run when code triggers a guard condition."""
 
 
 def waits_in_transition(callback: CallbackFact) -> bool:
@@ -25,10 +28,11 @@ def waits_in_transition(callback: CallbackFact) -> bool:
 
 
 def with_requested(node: NodeFact) -> NodeFact:
-    """Return a node with timers for callbacks that services of the library run: itself, if these do nothing.
+    """Return a node with timers for callbacks that requests from outside run: itself, if these do nothing.
 
     Requests may come from programs that are not in the code, at any time: each such callback that does
-    something is that of a timer without period, in the default group.
+    something is that of a timer without period, in the default group. The same holds for guard conditions,
+    in their own group.
 
     Parameters
     ----------
@@ -42,5 +46,10 @@ def with_requested(node: NodeFact) -> NodeFact:
         Entity("timers", each.name, each.at, details={"period": AT_ANY_TIME}, callbacks={"callback": each})
         for each in node.callbacks
         if each.kind in kinds and (each.effects or each.is_open)
+    ]
+    added += [
+        replace(each, kind="timers", details={**each.details, "period": AT_ANY_TIME})
+        for each in node.of("guard_conditions")
+        if (fact := each.callbacks.get("callback")) is not None and (fact.effects or fact.is_open)
     ]
     return replace(node, entities=[*node.entities, *added]) if added else node

@@ -18,10 +18,12 @@ from dineros.sources.language.values import (
     Function,
     Generator,
     Object,
+    OutsideMethod,
     Value,
     options,
 )
-from dineros.sources.libraries.certain import find_variables
+from dineros.sources.libraries.certain import find_variables, only_followed
+from dineros.sources.places import Place
 
 
 def read_callbacks(machine: Interpreter, folder: SourceFolder) -> None:
@@ -81,6 +83,9 @@ def _read(machine: Interpreter, callback: Callback) -> None:
     machine.trail = [("callback", id(callback.first().fact))]
     machine.calls = []
     frame = getattr(target, "frame", None)
+    if isinstance(target, OutsideMethod) and target.is_followed and target.at is not None:
+        frame = machine.frames.get(target.at.file)
+        node = _call_of(target, target.at)
     if frame is None:
         fact.is_open = True
         return
@@ -100,6 +105,18 @@ def _read(machine: Interpreter, callback: Callback) -> None:
     if activity.is_lost:
         fact.body = None
         machine.attributes.names |= {each.name for each in variables_set(activity.block)}
+
+
+def _call_of(method: OutsideMethod, at: Place) -> ast.AST:
+    """Return a call of a method that is the callback itself, such as ``self.items.append``."""
+    try:
+        node = ast.parse(f"{method.text}()", mode="eval").body
+    except SyntaxError:  # the text is shortened
+        node = ast.Constant(None)
+    for each in ast.walk(node):
+        if isinstance(each, ast.expr):
+            each.lineno, each.col_offset = at.line, 0
+    return node
 
 
 def _lacks(callback: Callback, found: Value) -> str:
@@ -136,7 +153,7 @@ def _target(function: object) -> object:
 def assign_callbacks(machine: Interpreter, activity: Activity) -> None:
     """Assign callbacks without a node to the nodes whose ports they use, or to the first node."""
     find_variables(machine, activity.block)
-    add_setters(machine)
+    add_setters(machine, only_followed(machine))
     for key, callback in list(machine.callbacks.items()):
         if callback.fact.kind == EVENT and not callback.fact.effects:
             del machine.callbacks[key]

@@ -21,6 +21,8 @@ from dineros.sources.places import Place
 
 MAIN = "main"
 """Name of the timer that represents the actions of a node outside of callbacks."""
+OVERLAPS = 2
+"""Number of runs of an asynchronous callback in a reentrant group that the model has at once at most."""
 _OUTSIDE = ("constructor", "main", "thread")
 """Kinds of code that runs outside of callbacks."""
 _AT_ANY_TIME = ("event", "task")
@@ -133,16 +135,35 @@ class _Behaving:
                 at=self._at(entity.at),
                 has_open_group=has_open_group,
             )
+        group, gives_back = self._groups.of(entity), self._behaviour.gives_back(fact)
         return GivenCallback(
             self._behaviour.steps(fact),
-            self._groups.of(entity),
-            self._behaviour.gives_back(fact),
+            group,
+            gives_back,
             self._at(fact.at),
             sleeps_of(fact),
+            overlaps=self._overlaps(entity, fact, group) if gives_back else None,
             flow=self._decisions.of(entity, "execute" if entity.kind == "action_servers" else "callback"),
             received=self._received(entity),
             has_open_group=self._groups.is_open(entity),
         )
+
+    def _overlaps(self, entity: Entity, fact: CallbackFact, group: str | None) -> int | None:
+        """Return how many runs of an asynchronous callback the model has at once; None: any number.
+
+        rclpy begins further runs while others await, if the group is reentrant: as many as there are ticks or
+        messages before a response comes.
+        """
+        if (
+            entity.kind not in ("timers", "subscriptions")
+            or self._groups.kinds.get(group or "") != "reentrant"
+        ):
+            return None
+        words = (
+            "awaits in a reentrant group: each tick or message begins a further run before others have ended"
+        )
+        self._taken.lack(f"{self._at(fact.at)}: {fact.name} {words}; in the model, at most {OVERLAPS} runs")
+        return OVERLAPS
 
     def _received(self, entity: Entity) -> Received | None:
         """Return the branches of a subscription's callback, if a field of its message decides."""

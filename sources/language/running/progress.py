@@ -6,12 +6,17 @@ import ast
 import re
 from collections.abc import Iterable, Iterator
 
-from dineros.sources.unknown_ends import OF_TIME
-
-_OF_TIME = re.compile(OF_TIME, re.IGNORECASE)
+_OF_TIME = re.compile(r"time|clock|now\b|elapsed|deadline|until", re.IGNORECASE)
+"""Names in tests that hold after some time."""
 _SLEEPS = re.compile(r"sleep(_for|_until)?$")
 _TAKE = ("pop", "popleft", "popitem", "read", "readline")
 """Methods that change their object, wherever they stand."""
+_QUIET = (
+    *("sleep", "publish", "get_logger", "print", "str", "int", "float", "ok", "publish_feedback"),
+    *("debug", "info", "warn", "warning", "error", "get_clock", "now", "to_msg"),
+    *("wait_for_service", "wait_for_server", "service_is_ready", "server_is_ready"),
+)
+"""Functions and methods that leave attributes of the program alone, and do not raise to end a loop."""
 _LOOPS = (ast.While, ast.For, ast.AsyncFor)
 _FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda, ast.ClassDef)
 
@@ -30,6 +35,32 @@ def sleeps_itself(loop: ast.While) -> bool:
     is_simple = not any(isinstance(each, _LOOPS) for each in own)
     return is_simple or any(
         isinstance(each, ast.Call) and _SLEEPS.search(ast.unparse(each.func)) for each in own
+    )
+
+
+def is_quiet(loop: ast.While) -> bool:
+    r"""Return whether the body of a loop only sleeps, publishes, writes into the log, and makes messages.
+
+    Examples
+    --------
+    >>> is_quiet(ast.parse("while a:\n  self.get_logger().info('waits')\n  time.sleep(1)").body[0])
+    True
+    >>> is_quiet(ast.parse("while a:\n  item = items.get_nowait()").body[0])
+    False
+    """
+    calls = (each for each in _own_parts(loop) if isinstance(each, ast.Call))
+    names = [ast.unparse(each.func).rpartition(".")[2] for each in calls]
+    return all(name in _QUIET or name[:1].isupper() for name in names) and not any(
+        isinstance(each, (ast.Yield, ast.YieldFrom, ast.Await)) for each in _own_parts(loop)
+    )
+
+
+def stored_names(loop: ast.While) -> frozenset[str]:
+    """Return the names of variables that the body of a loop assigns."""
+    return frozenset(
+        each.id
+        for each in _own_parts(loop)
+        if isinstance(each, ast.Name) and not isinstance(each.ctx, ast.Load)
     )
 
 

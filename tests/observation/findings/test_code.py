@@ -53,7 +53,7 @@ FOUND = {
     "rclpy.spin_once(self)": "error code-spins",
     "rclpy.spin_until_future_complete(self, self.cli.call_async(Trigger.Request()))": "error code-spins",
     "while True: pass": "warning code-never-ends",
-    "while True:\n    if self.goal == 1: break": "warning code-never-ends",
+    "while True:\n    if self.goal == 1: break": "error code-never-ends",
     "while True:\n    for each in range(3):\n        if each: break": "warning code-never-ends",
     "self.nav.send_goal_async(Fibonacci.Goal())": "note code-ignores",
     "self.create_client(Trigger, 'other').call_async(Trigger.Request())": "note code-makes-clients",
