@@ -238,7 +238,8 @@ def _run_processes(
     with os.fdopen(descriptor, "a", encoding="utf-8") as log:
         announcer = Announcer(nodes, variables, folder / "announcer.log")
         tell = _teller(log, announcer, remotes, observer)
-        supervisor = Supervisor(plans, RestartPolicy(restarts=options.restarts), tell)
+        policy, logs = RestartPolicy(restarts=options.restarts), Path(variables["ROS_LOG_DIR"])
+        supervisor = Supervisor(plans, policy, tell, logs)
         try:
             with supervisor:
                 return watch(wanted, observer, supervisor)

@@ -163,6 +163,8 @@ class Supervisor:
         When a failed process is restarted.
     on_event : callable
         Called at every start and end of a process.
+    logs : Path, optional
+        Folder in which the processes write further log files (``*.log``); these are rotated, too.
     """
 
     def __init__(
@@ -170,10 +172,12 @@ class Supervisor:
         plans: Sequence[ProcessPlan],
         policy: RestartPolicy = _USUAL,
         on_event: Callable[[ProcessEvent], None] = lambda event: None,
+        logs: Path | None = None,
     ) -> None:
         self._children = [_Child(plan) for plan in plans]
         self._policy = policy
         self._on_event = on_event
+        self._logs = logs
 
     def __enter__(self) -> Supervisor:
         try:
@@ -227,6 +231,8 @@ class Supervisor:
             A process failed too often, or cannot start.
         """
         now = time.monotonic()
+        for log in self._logs.glob("*.log") if self._logs is not None else ():
+            rotate(log)
         for child in self._children:
             if rotate(child.plan.log):
                 child.log_start = None

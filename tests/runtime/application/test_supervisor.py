@@ -291,6 +291,28 @@ def test_the_log_of_a_process_has_a_limited_size(tmp_path: Path, monkeypatch: py
     assert sorted(path.name for path in tmp_path.glob("node*")) == ["node.log", "node.log.1"]
 
 
+def test_other_logs_of_a_process_have_a_limited_size(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """ROS writes what a node logs a second time, into a file that has a name of its own at every start."""
+    monkeypatch.setattr("dineros.runtime.application.log_files.rotate.__defaults__", (100_000,))
+    logs = tmp_path / "ros_log"
+    logs.mkdir()
+    program = (
+        "import os, time\n"
+        f"log = open({str(logs / 'python_1.log')!r}, 'a')\n"
+        "end = time.monotonic() + 300\n"
+        "for n in range(40_000):\n"
+        "    print('line', n, file=log, flush=n % 1000 == 0)\n"
+        "    while n % 1000 == 0 and os.fstat(log.fileno()).st_size > 200_000:\n"
+        "        if time.monotonic() > end: raise SystemExit('the log was never shortened')\n"
+        "        time.sleep(0.001)\n"
+    )
+    with Supervisor([plan(tmp_path, program)], QUICK, logs=logs) as supervisor:
+        while supervisor.poll():
+            time.sleep(0.005)
+    assert sorted(path.name for path in logs.iterdir()) == ["python_1.log", "python_1.log.1"]
+    assert sum(path.stat().st_size for path in logs.iterdir()) < 300_000
+
+
 @pytest.mark.parametrize(
     ("older", "log"), [("older\nline\ntoo", " bad\n"), ("older\ntoo bad\n", ""), ("older\n", "too bad\n")]
 )
