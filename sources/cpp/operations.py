@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import operator
 import re
 from collections.abc import Callable
@@ -20,13 +21,15 @@ def number(text: str) -> Value:
     """Return the value of a literal."""
     plain = text.replace("'", "")
     try:
-        if re.fullmatch(r"0[xX][0-9a-fA-F]+[uUlL]*", plain):
+        if re.fullmatch(r"0[xX][0-9a-fA-F]{1,32}[uUlL]*", plain):
             return Const(int(plain.rstrip("uUlL"), 16))
         if re.fullmatch(r"[0-9]{1,40}[uUlL]*", plain):
             return Const(int(plain.rstrip("uUlL")))
-        return Const(float(plain.rstrip("fFlL")))
+        if math.isfinite(found := float(plain.rstrip("fFlL"))):
+            return Const(found)
     except ValueError:
-        return Open(text[:60])
+        pass
+    return Open(text[:60])
 
 
 def text_literal(node: Node) -> str:

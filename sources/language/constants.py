@@ -60,7 +60,7 @@ def call_constant(function: Value, args: list[Value], keys: dict[str, Value]) ->
         return Open(function.text)
     try:
         found = getattr(instance.value, name)(*(each.value for each in args if isinstance(each, Const)))
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, ArithmeticError):
         return Open(function.text)
     origin = instance.origin or next(
         (each.origin for each in args if isinstance(each, Const) and each.origin), ""
@@ -86,14 +86,15 @@ def format_text(template: str, args: list[Value], keys: dict[str, Value]) -> Val
         number += not field
         value: Value | None = keys.get(name)
         if name.isdecimal():
-            value = args[int(name)] if int(name) < len(args) else None
+            at = int(name) if len(name) < 5 else len(args)
+            value = args[at] if at < len(args) else None
         if isinstance(value, Const):
             origin = origin or value.origin
             if re.search(r"\d{4}", spec or ""):  # a width that would take all memory
                 return Open(template)
             try:
                 found += format(value.value, spec or "") if not conversion else str(value.value)
-            except (ValueError, TypeError):
+            except (ValueError, TypeError, ArithmeticError):
                 return Open(template)
         else:
             found += hole(value or Open(name))
@@ -122,6 +123,6 @@ def call_built_in(name: str, args: list[Value], text: str) -> Value | None:
             return Const(getattr(posixpath, name[8:])(str(values[0])), origin)
         if name in ("os.path.abspath", "os.path.realpath", "os.path.normpath"):
             return Const(values[0], origin)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, ArithmeticError):
         return Open(text)
     return None

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import ast
 import hashlib
+import math
+import re
 import sys
 import warnings
 from collections import defaultdict
@@ -18,6 +20,11 @@ from dineros.sources.folders import MOST_BYTES, SourceFolder
 
 MOST_DEPTH = 400
 """Limit of the nesting of an expression or a statement."""
+
+LARGE = 1 << 64
+"""Whole numbers from here on, and infinite ones, count as unknown: no message of ROS holds them."""
+
+_MAY_BE_LARGE = re.compile(rb"[0-9A-Fa-f_]{16}|[eE]\+?[0-9_]{3}")
 
 
 class Module:
@@ -210,7 +217,18 @@ class Modules:
         if deep:
             self._folder.unread.append(f"{path}: its code is nested more than {MOST_DEPTH} levels deep")
             return None
-        return tree
+        return _WithoutLargeNumbers().visit(tree) if _MAY_BE_LARGE.search(content) else tree
+
+
+class _WithoutLargeNumbers(ast.NodeTransformer):
+    """Replaces numbers that no floating-point number, and no decimal text of Python, can hold by a name."""
+
+    def visit_Constant(self, node: ast.Constant) -> ast.expr:
+        value = node.value
+        is_large = type(value) is int and abs(value) >= LARGE
+        if is_large or (isinstance(value, (float, complex)) and math.isinf(abs(value))):
+            return ast.copy_location(ast.Name("a large number", ast.Load()), node)
+        return node
 
 
 def text_of_code(node: ast.AST) -> str:

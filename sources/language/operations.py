@@ -10,7 +10,7 @@ from typing import Any
 from dineros.sources.branches import Anything, Branch
 from dineros.sources.language.constants import format_text
 from dineros.sources.language.machine import Machine
-from dineros.sources.language.modules import text_of_code
+from dineros.sources.language.modules import LARGE, text_of_code
 from dineros.sources.language.values import (
     Bound,
     Class,
@@ -234,7 +234,7 @@ def _is_small(value: object, op: ast.operator) -> bool:
     """Return whether a value can be used in calculations: not for products of strings or huge numbers."""
     if isinstance(value, (str, bytes)):
         return isinstance(op, ast.Add) and len(value) < _MOST_TEXT
-    return isinstance(value, (bool, float)) or (isinstance(value, int) and abs(value) < 1 << 64)
+    return isinstance(value, (bool, float)) or (isinstance(value, int) and abs(value) < LARGE)
 
 
 def short(node: ast.AST) -> str:

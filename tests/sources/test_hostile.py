@@ -145,6 +145,14 @@ def test_a_program_that_never_ends_is_followed_for_a_while(tmp_path: Path) -> No
         "x = []\nx.append(x)\nfor y in x: pass\nx + x",
         "def f(*a, **k): return f(*a, a, **k)\nf(1, b=2)",
         "x = int('9' * 5000)",
+        "x = int(1e999), round(1e999), int(float('nan')), '{:c}'.format(10**20), '{:d}'.format(1e999)",
+        f"x = '{{{'9' * 5000}}}'.format(1)",
+        *(
+            f"n = Node('n')\nn.create_timer({number}, print)\ntime.sleep({number})\nx = f'{{{number}}}'\n"
+            f"n.create_publisher(String, '/x', {number})\nwhile x < {number}: pass\nx = {number} / 7 // 2\n"
+            f"n.create_publisher(String, f'/x{{{number}}}', 1)\nn.declare_parameter('p', {number})"
+            for number in ("9" * 400, "9" * 4000, f"0x{'f' * 5000}", "1e999", "1e999j", "-1e999", "1e-999")
+        ),
         "x, *y = z = [a := 1, *b]\ndel x\nmatch x:\n    case [1, *r]: pass\n    case {'a': k, **rest}: pass",
         "async def f():\n    async with a as b: pass\n    async for i in x: yield i\nf()",
         "x[1:2], x[...], x[a, b]\nlambda *a, k=1, **q: (yield)\n@a.b(c)\nclass C(metaclass=M): x: int = 3",
@@ -155,6 +163,26 @@ def test_a_program_that_never_ends_is_followed_for_a_while(tmp_path: Path) -> No
 )
 def test_odd_code_stops_nothing(tmp_path: Path, code: str) -> None:
     facts = read_source(written(tmp_path, program=f'{HEAD}\n{code}\nrclpy.init()\nNode("there")\n'))
+    assert "there" in [node.name for node in facts.nodes]
+
+
+@pytest.mark.parametrize("number", ["9" * 400, "9" * 5000, f"0x{'f' * 5000}", "1e999", "1e999f", "-1", "1'0"])
+def test_odd_numbers_of_cpp_stop_nothing(tmp_path: Path, number: str) -> None:
+    (tmp_path / "program.cpp").write_text(
+        "#include <rclcpp/rclcpp.hpp>\n"
+        'class There : public rclcpp::Node {\npublic:\n  There() : Node("there") {\n'
+        f"    timer_ = create_wall_timer(std::chrono::milliseconds({number}), [this]() {{ tick(); }});\n"
+        f"    other_ = create_wall_timer(std::chrono::duration<double>({number}), [this]() {{ tick(); }});\n"
+        f'    int n = {number}; double d = {number}; declare_parameter("p", {number});\n'
+        f'    pub_ = create_publisher<std_msgs::msg::String>("/x" + std::to_string(n), {number}); }}\n'
+        f"  void tick() {{\n"
+        f"    while (left_ < {number}) {{ rclcpp::sleep_for(std::chrono::seconds({number})); }}\n"
+        f"    while (left_ != {number}) {{}}\n"
+        f"    auto m = std_msgs::msg::UInt8(); m.data = {number}; pub_->publish(m); }}\n"
+        "  rclcpp::TimerBase::SharedPtr timer_, other_; int left_ = 0;\n};\n"
+        "int main(int c, char** v) { rclcpp::init(c, v); rclcpp::spin(std::make_shared<There>()); }\n"
+    )
+    facts = read_source(tmp_path)
     assert [node.name for node in facts.nodes] == ["there"]
 
 

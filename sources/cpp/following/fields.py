@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 _FUTURES = ("SharedFuture", "shared_future", "auto")
 """In the types of parameters that are the future of a response."""
 _PART = re.compile(r"(\w+)_(Request|Response)")
-_WHOLE = re.compile(r"-?(0|[1-9][0-9]*)")
+_WHOLE = re.compile(r"-?(0|[1-9][0-9]{0,19})")
 _MOST_CASES = 40
 """Limit of the cases of a ``switch`` whose order is followed."""
 

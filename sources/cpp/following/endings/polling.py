@@ -32,6 +32,7 @@ _MEMBER = re.compile(
     r"((?:\.|->)(?:load\([\w:]*\)|(?:empty|has_value|size|length|test)\(\)))?\s*"
     r'(?:(==|!=|<=?|>=?)\s*((?:\w+::)*\w+|"[^"\\]*"))?\)*'
 )
+_WHOLE = re.compile(r"[0-9]{1,20}")
 CANCELED = "a request to cancel the goal"
 """What a loop waits for if it asks whether the goal is to be cancelled."""
 _CANCELED = re.compile(r"(!?)\s*\w+->is_canceling\(\)")
@@ -269,7 +270,7 @@ def _tested(asked: str, *, negated: bool = False) -> Polled | None:
         return None
     mark, name, method, sign, value = found.groups(default="")
     is_equal = (sign == "==") == (mark == "!") if sign else mark != "!"
-    number = int(value) if sign and value.isdigit() else None
+    number = int(value) if sign and _WHOLE.fullmatch(value) else None
     if sign in ("<", "<=", ">", ">=") and number is not None:
         is_equal, value = sign.startswith(">"), "false" if number <= 1 or sign.startswith("<") else ""
     elif number is not None and number > 0:
