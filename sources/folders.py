@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 
 from dineros.metamodel.errors import DinerosError, Location, ModelFileError, counted
-from dineros.metamodel.files.reading import read_bytes, read_pieces
+from dineros.metamodel.files.reading import read_bytes, read_pieces, resolved
 
 MOST_FILES = 20_000
 """Limit of the files of a folder, of the kinds that are read."""
@@ -110,7 +110,7 @@ def file_of_ros1(root: Path) -> str | None:
 
 def _paths(root: Path, unread: list[str]) -> Iterator[str]:
     """Yield the paths of files that may be relevant, in order; links out of the folder are ignored."""
-    real = root.resolve()
+    real = resolved(root)
     for folder, inner, names in os.walk(root):
         here = Path(folder)
         if "COLCON_IGNORE" in names or "AMENT_IGNORE" in names:
@@ -129,7 +129,7 @@ def _paths(root: Path, unread: list[str]) -> Iterator[str]:
                 continue
             path = here / name
             shown = path.relative_to(root).as_posix()
-            if path.is_symlink() and not path.resolve().is_relative_to(real):
+            if path.is_symlink() and not resolved(path).is_relative_to(real):
                 unread.append(f"{shown}: it is a symbolic link to a path outside of the folder")
             elif path.is_file():
                 yield shown

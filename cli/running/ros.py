@@ -20,7 +20,7 @@ from dineros.cli.running.watching import Ending, RosOptions, Wanted, observe_all
 from dineros.metamodel.clauses import setting_text
 from dineros.metamodel.files import save
 from dineros.metamodel.files.locking import held
-from dineros.metamodel.files.reading import open_plain
+from dineros.metamodel.files.reading import open_plain, resolved
 from dineros.runtime.application.observer import FolderObserver
 from dineros.runtime.application.remote import RemoteNode
 from dineros.runtime.application.supervisor import (
@@ -208,7 +208,7 @@ def _run_processes(
     from dineros.runtime.ros.process.environment import ros_environment
     from dineros.runtime.ros.process.memory import remove_abandoned
 
-    folder = wanted.folder.resolve()
+    folder = resolved(wanted.folder)
     variables = ros_environment(folder / "ros", options.domain, options.reach, variables)
     own = ["-p", f"journal:={folder}"]
     own += [] if wanted.options.watchdog is None else ["-p", f"watchdog:={wanted.options.watchdog!r}"]

@@ -27,6 +27,7 @@ from dineros.generators.workspace.system_model import file_name
 from dineros.metamodel import sym
 from dineros.metamodel.errors import Location
 from dineros.metamodel.files.confined import ConfinedFolder
+from dineros.metamodel.files.reading import resolved
 from dineros.metamodel.files.xmi import xmi_bytes
 from dineros.metamodel.ros_names import snake_case
 
@@ -185,7 +186,7 @@ def _chosen(workspace: Path, options: Options, known: Manifest | None) -> dict[s
 
 def _relative(folder: Path, workspace: Path) -> str:
     """Return a path relative to the workspace, so that it stays valid in a copy of both."""
-    return Path(os.path.relpath(folder.resolve(), workspace.resolve())).as_posix()
+    return Path(os.path.relpath(resolved(folder), resolved(workspace))).as_posix()
 
 
 class _Files:

@@ -203,7 +203,8 @@ class Document:
         return self._form.content(self.root)
 
     def _read(self) -> bytes | None:
-        return read_bytes(self.path) if self.path.exists() else None
+        is_there = self.path.exists() or self.path.is_symlink()  # a link to nothing, or to itself
+        return read_bytes(self.path) if is_there else None
 
     def disk(self) -> Disk:
         """Return the external changes of the file since it was read or saved."""

@@ -96,6 +96,15 @@ def open_plain(
     return descriptor
 
 
+def resolved(path: Path) -> Path:
+    """Return a path without links, and without an error for links that lead to themselves.
+
+    `Path.resolve` raises a RuntimeError for these (Python 3.11 and 3.12). Here reading or writing the file
+    reports them.
+    """
+    return Path(os.path.realpath(path))
+
+
 def read_bytes(
     path: Path | str,
     limit: int = SIZE_LIMIT,

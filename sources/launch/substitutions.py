@@ -25,6 +25,11 @@ from dineros.sources.launch.python_text import worth
 
 _NAMESPACE = "ros_namespace"
 
+_MOST_CHARACTERS = 10_000
+"""Limit of the length of a text; a variable that consists of others, and so on, could take all memory."""
+_MOST_PARTS = 2_000
+"""Limit of the parts of a text, with the parts of its parts."""
+
 
 @dataclass
 class Scope:
@@ -93,6 +98,7 @@ class Substitutions:
 
     def __init__(self, given: Mapping[str, str]) -> None:
         self.given = dict(given)
+        self._parts = 0
 
     def scalar(self, value: Value | None, scope: Scope) -> Any:
         """Return a value of a parameter: a substitution is read as YAML reads it."""
@@ -105,7 +111,16 @@ class Substitutions:
         return typed(self.text(value, scope))
 
     def text(self, value: Value | None, scope: Scope) -> str:
-        """Return the text of a substitution; unknown parts are in braces."""
+        """Return the text of a substitution; unknown parts are in braces. One that is too long is unknown."""
+        before, self._parts = self._parts, self._parts + 1
+        try:
+            found = self._text(value, scope) if before < _MOST_PARTS else None
+        finally:
+            self._parts = self._parts if before else 0
+        is_short = found is not None and len(found) <= _MOST_CHARACTERS
+        return found if is_short and found is not None else hole(Open("a long text"))
+
+    def _text(self, value: Value | None, scope: Scope) -> str:
         if value is None or is_none(value):
             return ""
         if isinstance(value, (Const, Text)):

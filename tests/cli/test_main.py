@@ -351,3 +351,26 @@ def test_help_imports_nothing_heavy() -> None:
     )
     result = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert HEAVY & set(json.loads(result.stderr)) == set()
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("edit", "LOOP"),
+        ("generate", "MODEL", "-o", "ws", "--templates", "loop"),
+        ("flatten", "MODEL", "-o", "LOOP"),
+        ("trace", "loop"),
+        ("run", "MODEL", "--simulate", "--trace", "loop"),
+    ],
+    ids=lambda words: words[0],
+)
+def test_a_link_to_itself_is_an_error_of_one_line(
+    run: Run, model: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: tuple[str, ...]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name in ("loop", "loop.sym.xmi"):
+        Path(name).symlink_to(name)
+    names = {"LOOP": "loop.sym.xmi", "MODEL": str(model)}
+    ended = run(*(names.get(word, word) for word in command))
+    assert ended.exit_code == 2
+    assert len(ended.stderr.splitlines()) == 1 and "unexpected" not in ended.stderr

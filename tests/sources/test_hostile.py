@@ -63,6 +63,8 @@ def test_pipes_and_links_to_nothing_are_left_alone(tmp_path: Path) -> None:
     for name in ("pipe.py", "pipe", "pipe.launch.xml"):
         os.mkfifo(tmp_path / name)
     (tmp_path / "gone.py").symlink_to("nowhere.py")
+    for name in ("itself.py", "itself", "itself.launch.xml", "CMakeLists.txt"):
+        (tmp_path / name).symlink_to(name)
     facts = facts_of(tmp_path, 'rclpy.init()\nNode("there")\n')
     assert [node.name for node in facts.nodes] == ["there"] and facts.unread == []
 
@@ -116,6 +118,38 @@ def test_launch_files_that_include_very_much_end(tmp_path: Path) -> None:
     (tmp_path / "f8.launch.xml").write_text("<launch/>")
     facts = read_source(tmp_path, launch=Launch("f0.launch.xml"))
     assert any("more than 1000 includes" in line for line in facts.unread)
+
+
+DOUBLED = {
+    "xml": (
+        "<launch><let name='v0' value='aaaaaaaaaa'/>",
+        "<let name='v{to}' value='$(var v{of})$(var v{of})$(var v{of})$(var v{of})'/>",
+        "<node pkg='p' exec='program.py' name='$(var v{last})'/></launch>",
+    ),
+    "py": (
+        "from launch.substitutions import TextSubstitution\nfrom launch_ros.actions import Node as N\n"
+        "from launch import LaunchDescription\ndef generate_launch_description():\n    v0 = ['']\n",
+        "    v{to} = [v{of}, v{of}, v{of}, v{of}]\n",
+        "    return LaunchDescription([N(package='p', executable='program.py', name=v{last})])\n",
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", DOUBLED)
+def test_texts_of_launch_files_that_grow_take_neither_memory_nor_time(tmp_path: Path, kind: str) -> None:
+    first, step, last = DOUBLED[kind]
+    steps = "".join(step.format(of=n, to=n + 1) for n in range(20))
+    (tmp_path / f"a.launch.{kind}").write_text(f"{first}{steps}{last.format(last=20)}")
+    (tmp_path / "package.xml").write_text("<package format='3'><name>p</name></package>")
+    written(tmp_path, program=f'{HEAD}\nrclpy.init()\nNode("there")\n')
+    begin = time.process_time()
+    tracemalloc.start()
+    facts = read_source(tmp_path, launch=Launch(f"a.launch.{kind}"))
+    taken = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert [node.name for node in facts.nodes] == ["open: {a long text}"] or facts.nodes
+    assert taken < 100 << 20
+    assert time.process_time() - begin < 10
 
 
 def test_a_program_that_never_ends_is_followed_for_a_while(tmp_path: Path) -> None:

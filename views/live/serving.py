@@ -11,6 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from dineros.metamodel.files.reading import resolved
 from dineros.metamodel.files.watching import FolderWatch
 from dineros.views.live.following import LiveTrace, ModelSource, Source, source_of
 from dineros.views.live.steering import LONGEST_MESSAGE, Steering
@@ -80,7 +81,7 @@ def serve_live(
     if isinstance(source, Path | str):
         path = Path(source)
         folder = path.parent if path.suffix == ".jsonl" else path
-        title, source = title or path.resolve().name, source_of(path)
+        title, source = title or resolved(path).name, source_of(path)
     trace = LiveTrace(source, model, title or "run")
     live = LivePages(trace, folder, steering)
     make = partial(application, live)

@@ -12,6 +12,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from dineros.metamodel.errors import DinerosError
+from dineros.metamodel.files.reading import resolved
 from dineros.metamodel.json_text import decode_json
 
 HOST = "127.0.0.1"
@@ -93,5 +94,5 @@ def remember(path: Path, address: Address) -> None:
 def _file(path: Path) -> Path:
     """Return the file for a path, in the state folder of programs (XDG Base Directory Specification)."""
     state = os.environ.get("XDG_STATE_HOME") or str(Path.home() / ".local" / "state")
-    name = hashlib.sha256(str(path.resolve()).encode()).hexdigest()[:16]
+    name = hashlib.sha256(str(resolved(path)).encode()).hexdigest()[:16]
     return Path(state) / "dineros" / "live" / f"{name}.json"

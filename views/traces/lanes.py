@@ -57,12 +57,16 @@ class Lane:
     values: list[str] | None = None
 
     def level_of(self, value: SignalSetting) -> int:
-        """Return the level of a signal; a name that is not known yet gets the next one."""
-        if self.values is None or isinstance(value, bool):
+        """Return the level of a signal; a name that is not known yet gets the next one.
+
+        Traces of others may give a signal with names a truth value, which is then a name, too.
+        """
+        if self.values is None:
             return int(bool(value))
-        if value not in self.values:
-            self.values.append(value)
-        return self.values.index(value)
+        name = str(value).lower() if isinstance(value, bool) else value
+        if name not in self.values:
+            self.values.append(name)
+        return self.values.index(name)
 
     def setting(self, level: int) -> SignalSetting:
         """Return the value of a signal at a level."""

@@ -91,10 +91,11 @@ def _refuse_output(model: Path, output: Path) -> None:
     """Reject a file of the wrong kind before long work."""
     from dineros.metamodel.errors import Location, ModelFileError
     from dineros.metamodel.files import SUFFIXES
+    from dineros.metamodel.files.reading import resolved
     from dineros.transformations.flattening.trace_files import trace_path
 
     refuse_output(output, SUFFIXES, "of nets")
-    if model.resolve() in (output.resolve(), trace_path(output).resolve()):
+    if resolved(model) in (resolved(output), resolved(trace_path(output))):
         raise ModelFileError(
             "is the system model itself", location=Location(output), hint="name another file"
         )

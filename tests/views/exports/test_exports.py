@@ -6,11 +6,13 @@ import csv
 import io
 import json
 from collections import Counter
+from dataclasses import replace
 from typing import Any
 
 import pytest
 from mcap.reader import make_reader
 
+from dineros.metamodel.records import Signal
 from dineros.views.exports import EXPORTS, export
 from tests.views.samples import lasso, run, schedule
 from tests.views.traces.test_building import built
@@ -104,3 +106,17 @@ def test_a_schedule_is_exported_with_its_windows() -> None:
         (130 * 10**9, [130.0, 190.0]),
         (135 * 10**9, [135.0, None]),
     ]
+
+
+@pytest.mark.parametrize("values", [["high", True, False, "high"], ["", False, ""]])
+def test_a_signal_with_names_and_truth_values_is_exported(values: list[str | bool]) -> None:
+    """A trace of others may have both; `true` and `false` are then names."""
+    scribe = lasso()
+    first = next(number for number, record in enumerate(scribe.records) if isinstance(record, Signal))
+    changed = [replace(scribe.records[first], signal="Mixed", value=value) for value in values]
+    scribe.records[first : first + 1] = changed
+    builder = built(scribe)
+    rows = list(csv.DictReader(io.StringIO(export(builder, ".csv").decode())))
+    found = [json.loads(row["signals"])["Mixed"] for row in rows][first - 1 :][: len(values)]
+    assert found == [value if isinstance(value, str) else str(value).lower() for value in values]
+    assert export(builder, ".mcap")

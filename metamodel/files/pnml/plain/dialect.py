@@ -92,7 +92,7 @@ def _replace_ids_with_blanks(net: etree._Element, source: Source) -> None:
             plain = "_".join(words)
             replaced[id] = next(
                 each
-                for each in (plain, *map(f"{plain}_{{}}".format, range(2, len(known) + 3)))
+                for each in (plain, *(f"{plain}_{number}" for number in range(2, len(known) + 3)))
                 if each not in known
             )
             known.add(replaced[id])

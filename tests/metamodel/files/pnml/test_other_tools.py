@@ -537,3 +537,10 @@ def test_variables_pass_only_if_there_are_none(tmp_path: Path) -> None:
     assert not remarks_of(read_net(tmp_path, page() + "<variables/>"))
     with pytest.raises(ModelFileError, match="the net has data"):
         read_net(tmp_path, page() + "<variables><variable/></variables>")
+
+
+def test_ids_with_white_space_may_have_any_other_characters(tmp_path: Path) -> None:
+    """An id is text: braces in it are no place for a number."""
+    text = page().replace('"p"', '"${id} {0} {"').replace('"t"', '"${id}_{0} {"')
+    net = read_text(tmp_path, document(text))
+    assert [each.id for each in (*places(net), *transitions(net))] == ["${id}_{0}_{", "${id}_{0}_{_2"]
