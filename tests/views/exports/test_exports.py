@@ -112,8 +112,9 @@ def test_a_schedule_is_exported_with_its_windows() -> None:
 def test_a_signal_with_names_and_truth_values_is_exported(values: list[str | bool]) -> None:
     """A trace of others may have both; `true` and `false` are then names."""
     scribe = lasso()
-    first = next(number for number, record in enumerate(scribe.records) if isinstance(record, Signal))
-    changed = [replace(scribe.records[first], signal="Mixed", value=value) for value in values]
+    first, signal = next(each for each in enumerate(scribe.records) if isinstance(each[1], Signal))
+    assert isinstance(signal, Signal)
+    changed = [replace(signal, signal="Mixed", value=value) for value in values]
     scribe.records[first : first + 1] = changed
     builder = built(scribe)
     rows = list(csv.DictReader(io.StringIO(export(builder, ".csv").decode())))
