@@ -13,9 +13,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from math import lcm
+
+import numpy as np
 
 from dineros.analysis.nets.witness import WitnessError
 from dineros.analysis.timed.nets import TimedNet
+
+MOST = 1 << 62
+"""Sums of bounds below this are counted by the compiled kernel."""
 
 
 @dataclass(frozen=True)
@@ -85,18 +91,20 @@ def schedule(net: TimedNet, trace: Sequence[int], gaps: Sequence[Gap] = ()) -> t
     """
     bounds = [*_bounds(net, trace), *gaps]
     size = len(trace) + 1
-    shift = net.unit / (2 * (size + 1))
-    earliest = _longest(size, [(b.source, b.target, b.least + shift * b.is_strict) for b in bounds])
+    # All numbers are whole in parts of the unit of which no sequence of this length adds up to a unit.
+    parts = 2 * (size + 1) if any(bound.is_strict for bound in bounds) else 1
+    part = net.unit / (parts * lcm(*((b.least / net.unit).denominator for b in gaps)))
+    arcs = [(b.source, b.target, int(b.least / part) + b.is_strict) for b in bounds]
+    earliest = _longest(size, arcs)
     # The latest times are shortest paths: the same bounds turned round, from the start backwards.
-    exact = [(b.target, b.source, b.least + shift * b.is_strict) for b in bounds]
-    back = _longest(size, exact)
+    back = _longest(size, [(target, source, least) for source, target, least in arcs])
     if earliest is None or back is None:
         raise WitnessError("a firing sequence has no schedule")
     made = []
     for number, transition in enumerate(trace, 1):
-        at, before = earliest[number], back[number]
-        assert at is not None, "each firing comes after the start"
-        latest = None if before is None else -before
+        first, before = earliest[number], back[number]
+        assert first is not None, "each firing comes after the start"
+        at, latest = first * part, None if before is None else -before * part
         made.append(
             ScheduledFiring(transition, at, _unshifted(at, net.unit), _unshifted_up(latest, net.unit))
         )
@@ -185,16 +193,17 @@ def _enabled(net: TimedNet, marking: Sequence[int]) -> list[int]:
     return [t for t in range(len(net.untimed.transitions)) if is_enabled(net, t, marking)]
 
 
-def _longest(size: int, arcs: Sequence[tuple[int, int, Fraction]]) -> list[Fraction | None] | None:
+def _longest(size: int, arcs: Sequence[tuple[int, int, int]]) -> list[int | None] | None:
     """Return by variable the longest path from variable 0; None if paths grow forever."""
-    length: list[Fraction | None] = [Fraction(0)] + [None] * (size - 1)
-    for _ in range(size + 1):
-        has_changed = False
-        for source, target, least in arcs:
-            start, known = length[source], length[target]
-            if start is not None and (known is None or start + least > known):
-                length[target] = start + least
-                has_changed = True
-        if not has_changed:
-            return length
-    return None
+    from dineros.analysis.timed.kernels.paths import lengthen
+
+    if any(source == target and least > 0 for source, target, least in arcs):
+        return None
+    ordered = sorted(arcs, key=lambda arc: (arc[0] > arc[1], arc[0] if arc[0] < arc[1] else -arc[0]))
+    is_large = size * max((abs(least) for *_, least in arcs), default=0) >= MOST
+    columns = np.array(ordered, dtype=object if is_large else np.int64).reshape(-1, 3).T.copy()
+    length, reached = np.zeros(size, dtype=columns.dtype), np.zeros(size, dtype=np.bool_)
+    reached[0] = True
+    if not (lengthen.py_func if is_large else lengthen)(length, reached, *columns):
+        return None
+    return [int(one) if is_reached else None for one, is_reached in zip(length, reached, strict=True)]

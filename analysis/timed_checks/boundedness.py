@@ -10,7 +10,7 @@ from dineros.analysis.covering.firings import Firings
 from dineros.analysis.timed.exploring import Explored, explore_timed, fire_far_away
 from dineros.analysis.timed.reductions.parts import part_of_firing
 from dineros.analysis.timed_checks.timed_checked import TimedChecked, with_times
-from dineros.analysis.timed_checks.timed_walks import walk_in_time, walk_towards
+from dineros.analysis.timed_checks.timed_walks import walk_in_time, walk_late, walk_towards
 from dineros.analysis.timed_checks.without_times import WithoutTimes, time_goes_on, without_times
 from dineros.analysis.witnesses.witness import pumping_witness
 from dineros.metamodel import sym
@@ -110,6 +110,7 @@ class TimedBoundedness(Question):
         """Note what random runs meet."""
         net, budget = known.timed.timed, known.budget.share(WALKS_SHARE)
         known.walked = walk_in_time(net, budget)
+        walk_late(net, known.walked, budget.share(0.5))
         unmet = set(range(len(net.intervals))) - found.traces.keys() - found.dead
         walk_towards(net, sorted(unmet), known.walked, budget)
         for transition, way in known.walked.ways.items():

@@ -23,6 +23,9 @@ RUNS = 24
 STEPS = 2_000
 """Firings of each."""
 
+LATE_RUNS, LATE_STEPS = 2, 20_000
+"""Runs in which everything takes as long as it can, and firings of each: some queues fill up slowly."""
+
 TRIES = 4
 """Runs for a transition that no run has fired yet."""
 
@@ -103,6 +106,30 @@ class TimedRun:
         if not is_hasty and draw.random() < 0.5:
             end = last if last is not None else moment + max(self._earliest, default=0) + FINE
             moment = draw.randint(moment, max(moment, end))
+        return self._fire_at(chosen, moment, moments, draw)
+
+    def step_late(self, draw: Random) -> int | None:
+        """Fire a transition that has to fire first, as late as it can, and return which.
+
+        What may wait without end never fires as long as anything has to. Returns None if nothing can fire.
+
+        Parameters
+        ----------
+        draw : Random
+            Draws one of those that have to fire at the same moment.
+        """
+        latest = self._latest
+        limits = {t: start + late for t, start in self._since.items() if (late := latest[t]) is not None}
+        if not limits:
+            return self.step(draw, is_hasty=True)
+        last = min(limits.values())
+        moments = {t: max(self.now, start + self._earliest[t]) for t, start in self._since.items()}
+        ready = [t for t, limit in limits.items() if limit == last and moments[t] <= last]
+        return self._fire_at(draw.choice(ready), last, moments, draw) if ready else None
+
+    def _fire_at(self, chosen: int, moment: int, moments: dict[int, int], draw: Random) -> int:
+        """Fire a transition, or one with priority over it that can fire at the same moment; return which."""
+        since = self._since
         while above := [t for t in self._net.above[chosen] if t in since and moments[t] <= moment]:
             chosen = draw.choice(above)
         self._fire(chosen)
@@ -184,6 +211,23 @@ def walk_in_time(net: TimedNet, budget: Budget, runs: int = RUNS, steps: int = S
     return found
 
 
+def walk_late(net: TimedNet, found: Walked, budget: Budget) -> None:
+    """Draw long runs in which each transition fires as late as it can: what is overloaded falls behind.
+
+    Parameters
+    ----------
+    net : TimedNet
+        The net.
+    found : Walked
+        Where the runs are put.
+    budget : Budget
+        Their time.
+    """
+    for number in range(LATE_RUNS):
+        run = TimedRun(net)
+        found.add(_drawn_late(run, Random(number), budget), run.is_over)
+
+
 def walk_towards(net: TimedNet, wanted: Collection[int], found: Walked, budget: Budget) -> None:
     """Draw runs for transitions that no run has fired yet: others that take away what they need are slow.
 
@@ -249,6 +293,17 @@ def _drawn(
         trace.append(fired)
         if fired == last:
             break
+    return tuple(trace)
+
+
+def _drawn_late(run: TimedRun, draw: Random, budget: Budget) -> Trace:
+    """Draw a run in which each transition fires as late as it can."""
+    trace: list[int] = []
+    while len(trace) < LATE_STEPS and not (len(trace) % 100 == 0 and budget.is_over):
+        fired = run.step_late(draw)
+        if fired is None:
+            break
+        trace.append(fired)
     return tuple(trace)
 
 

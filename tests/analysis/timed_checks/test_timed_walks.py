@@ -7,7 +7,7 @@ from random import Random
 
 import pytest
 
-from dineros.analysis.answers.budget import Budget
+from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.checks.unused import TRANSITION
 from dineros.analysis.consequences.folding import fold_consequences
 from dineros.analysis.consequences.in_time import used_in_time
@@ -18,7 +18,7 @@ from dineros.analysis.timed.nets import Interval, TimedNet
 from dineros.analysis.timed.schedules import schedule
 from dineros.analysis.timed.timed_subject import timed_base_subject
 from dineros.analysis.timed_checks.timed_check import check_timed
-from dineros.analysis.timed_checks.timed_walks import walk_in_time, walk_towards
+from dineros.analysis.timed_checks.timed_walks import Walked, walk_in_time, walk_late, walk_towards
 from dineros.analysis.witnesses.findings import Finding, Report
 from dineros.metamodel import sym
 from dineros.metamodel.build import flow, seconds
@@ -135,3 +135,33 @@ def test_what_can_be_used_once_its_cause_is_gone_is_a_consequence() -> None:
         TRANSITION.found("AskLevel", transition="AskLevel", where=""),
     ]
     assert used_in_time(model, (), some, Budget(seconds=60)) == some[1:]
+
+
+@pytest.mark.parametrize(("scale", "room"), [(1, 10), (1 << 36, 0)])
+def test_a_queue_that_fills_up_slowly_overflows_in_a_late_run(scale: int, room: int) -> None:
+    """A machine works for all of its period, and then rests for a moment: each round it is later by one.
+
+    The schedule of such a run took hours, as the lateness of each round follows from all rounds before. Large
+    bounds are counted with Python's integers.
+    """
+    steps = [
+        Transition("strike", {"clock": 1}, {"clock": 1, "due": 1}),
+        Transition("arrive", {"due": 1, "free": 1}, {"queue": 1}),
+        Transition("lose", {"due": 1}, {}, inhibitors={"free": 1}),
+        Transition("begin", {"queue": 1, "idle": 1}, {"works": 1, "free": 1}),
+        Transition("end", {"works": 1}, {"rests": 1}),
+        Transition("rested", {"rests": 1}, {"idle": 1}),
+    ]
+    now, work = Interval(Fraction(0), Fraction(0)), Interval(Fraction(100 * scale), Fraction(100 * scale))
+    times = {"strike": work, "arrive": now, "lose": now, "begin": now, "end": work}
+    times["rested"] = Interval(Fraction(0), Fraction((1 if room else 60) * scale))
+    places = {"clock": 1, "due": 0, "free": room or 1, "queue": 0, "idle": 1, "works": 0, "rests": 0}
+    net = TimedNet.build(places, steps, times)
+    found = Walked()
+    walk_late(net, found, UNLIMITED)
+    way = found.ways[2]
+    # Each round takes 101, so after 1000 rounds 1010 strikes came.
+    assert len(way) > 5_000 if room else len(way) < 100
+    last = schedule(net, way)[-1]
+    assert last.transition == 2
+    assert not last.at % (100 * scale)
