@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from dineros.analysis.bounds.followed import require_held
 from dineros.analysis.bounds.solving import Solved
 from dineros.analysis.bounds.tasks import Task
+from dineros.analysis.bounds.work import NotBoundedError
 from dineros.analysis.latencies.histories import history_name
 from dineros.metamodel import sym
 from dineros.metamodel.callbacks.waiting import goal_counts, outstanding_counts
@@ -48,6 +50,8 @@ def histories_of_calls(
         depth = int(service.depth)
         served = [task for task in tasks if task.server is service.server and task in solved.waited]
         longest = min(solved.waited[served[0]].longest, served[0].held) if served else None
+        if longest is None or longest > depth:
+            longest = _held(service, under_way)
         longest = None if longest is None or longest > depth else longest
         tasks_of = [task for task in tasks if task.server is service.server]
         reason = next((solved.reasons[task] for task in tasks_of if task in solved.reasons), _DEEPER)
@@ -69,3 +73,13 @@ def histories_of_calls(
             if sender.feedback is not None and action.server.feedback is not None:
                 add("feedback", sender.feedback, int(action.depth), None, _FEEDBACK)
     return found
+
+
+def _held(service: sym.ServiceChannel, under_way: dict[sym.ClientPort, int]) -> int | None:
+    """Return how many requests clients have under way at once at most; None without a limit."""
+    counts = [under_way[client] for client in service.clients]
+    try:
+        require_held(service.server)
+    except NotBoundedError:
+        return None
+    return None if UNLIMITED in counts else sum(counts)

@@ -139,6 +139,25 @@ def test_a_client_that_waits_has_one_request_under_way() -> None:
     assert asked("") == asked("latency") == asked("period") == 4
 
 
+@pytest.mark.parametrize(("timeout", "is_kept"), [(None, True), (1.0, False)])
+def test_what_a_server_without_a_bound_gets_is_what_its_clients_have_under_way(
+    timeout: float | None, is_kept: bool
+) -> None:
+    """Requests wait as long as the server's node is overloaded; there are never more than that."""
+    model = model_of(COUNTED[15].system, 0.01)
+    (service,) = channels(model, sym.ServiceChannel)
+    service.clients[0].timeout = timeout
+    page = find(model, "look")
+    assert isinstance(page, sym.CallbackPage) and isinstance(page.page, sym.NodeNet)
+    busy = callback(page.page, "busy", "timer")
+    busy.timer, busy.duration = 0.01, seconds(0.02, 0.02)
+    step(busy, "works", [], [])
+    found = Bounds(model).everything()
+    assert found.callbacks["look"].greatest is None
+    longest, overflows = found.readers[str(service.server.entry.id)]
+    assert (longest, overflows) == ((1, False) if is_kept else (service.depth, None))
+
+
 def with_goals(threads: int, slots: int) -> sym.SystemModel:
     """Return a node that works on goals without end and has a timer, and a node that sends goals."""
     model = sym.SystemModel(id="robot", middleware="ros2")
