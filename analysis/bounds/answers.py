@@ -270,6 +270,9 @@ class Bounds:
     def _why(self, page: sym.CallbackPage, task: Task | None) -> str:
         if task is not None:
             return self._solved.reasons[task]
+        node = node_net_of(page)
+        if node is not None and not runs_callbacks(node):
+            return f"node {label(node)} has the execution net, which bounds do not follow"
         return f"callback {label(page)} is not called by a timer, messages or requests"
 
 

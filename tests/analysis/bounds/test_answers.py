@@ -196,6 +196,10 @@ def test_what_is_not_bounded_is_named() -> None:
     assert greatest(Bounds(changed("engine")).everything().callbacks["act"]) is not None, (
         "its history is short"
     )
+    assert (
+        "node b has the execution net, which bounds do not follow"
+        in Bounds(changed("engine")).everything().reasons.values()
+    )
 
 
 def test_a_value_that_is_kept_does_not_stop_a_run() -> None:
