@@ -92,7 +92,7 @@ class UsedTimes:
     Attributes
     ----------
     count : int
-        How many transitions of the net have an interval that says something.
+        How many transitions of the net have an interval that says something; 0 if only priorities count.
     example : str
         One of them, with its interval.
     unit : str
@@ -104,6 +104,8 @@ class UsedTimes:
     unit: str
 
     def __str__(self) -> str:
+        if not self.count:
+            return "priorities are taken into account (no transition has a firing interval)"
         many = f"{counted(self.count, 'transition')}, such as {self.example}, unit {self.unit}"
         return f"firing intervals are taken into account ({many})"
 

@@ -25,9 +25,9 @@ def compile_net(net: pn.Net) -> CompiledNet:
     for transition in transitions(net):
         if len(transition.overrides):
             raise DinerosError(
-                f"transition {transition.id} has priority over others, which is not analysed yet",
+                f"transition {transition.id} has priority over others, which only questions with times know",
                 element=transition.id,
-                hint="remove its overrides",
+                hint="ask with --time, or remove its overrides",
             )
     initial, named = initial_and_arcs(net)
     return CompiledNet.build(initial, named)

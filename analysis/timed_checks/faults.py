@@ -8,9 +8,10 @@ from dineros.analysis.witnesses.findings import Fault
 TOO_LATE = Fault(
     "never-in-time",
     "warning",
-    "A transition gets its tokens, but never fires: others always come before its interval begins.",
+    "A transition gets its tokens, but never fires: others always come before its interval begins, or have "
+    "priority over it.",
     "transition {transition} gets its tokens, but never fires: others always come before its interval "
-    "{interval} begins",
+    "{interval} begins, or have priority over it",
 )
 STOPS = Fault(
     "time-stops",

@@ -94,10 +94,11 @@ def ask_timed(
 ) -> TimedChecked | None:
     """Do what `check_timed` does, and return what became known of state classes; None without these.
 
-    They are not built for a model without intervals, and for one in which nothing ever has to fire.
+    They are not built for a model without intervals and priorities, and for one in which nothing ever has
+    to fire.
     """
     subject = timed_base_subject(model)
-    if not subject.timed.has_times:
+    if not subject.timed.has_times and not subject.timed.has_priorities:
         check(model, budget, report, orders=orders)
         return None
     report.times = subject.used_times

@@ -126,4 +126,16 @@ def test_priorities_are_refused_not_ignored(run: Run, timed: Path) -> None:
     ):
         result = run(command[0], timed, *command[1:])
         assert result.exit_code == 2
-        assert "transition t has priority over others, which is not analysed yet" in result.stderr
+        assert "transition t has priority over others, which only questions with times know" in result.stderr
+        assert "ask with --time" in result.stderr
+
+
+def test_priorities_without_intervals_are_checked_with_times(run: Run, timed: Path) -> None:
+    timed.write_text("pl p (1)\ntr t p -> q\ntr u p -> r\npr t > u\n", encoding="utf-8")
+    result = run("check", timed, "--time")
+    assert (result.exit_code, result.stderr) == (1, "")
+    assert "u gets its tokens, but never fires" in result.stdout
+    assert "have priority over it" in result.stdout
+    assert "note: priorities are taken into account (no transition has a firing interval)" in result.stdout
+    assert "t gets its tokens" not in result.stdout
+    assert run("find", timed, "--time", "--marking", "r >= 1").exit_code == 1

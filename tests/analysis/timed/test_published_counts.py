@@ -22,8 +22,8 @@ COUNTED = [
 CUT_IN_ANOTHER_ORDER = [("countertrains4", "A")]
 """Not met: 257 858 classes and 3 201 833 edges are found, published are 257 863 and 3 202 032.
 
-Of 58 ways of cutting, 50 give 257 858, and 8 with one bound at a time give 257 927 to 258 354; see "Orders of
-cuts" in ``docs/benchmarks.md``. One bound at a time gave as few as 257 844 in another program. Without the
+Of 86 ways of cutting, 64 give 257 858, and none gives the published figures; see "Orders of cuts" in
+``docs/benchmarks.md``. One bound at a time gave as few as 257 844 in another program. Without the
 rule that equal classes are one, there are more than 286 000, and the other figures are not met, either.
 
 Both figures can be right. ``test_atomic_graph.py`` finds by other means that all 3 201 833 edges are
