@@ -26,8 +26,8 @@ from dineros.analysis.checks.clauses import Clauses
 from dineros.analysis.checks.goals import Goals
 from dineros.analysis.checks.matching import Matching
 from dineros.analysis.checks.overflow import Presence
-from dineros.analysis.model.subject import base_subject
-from dineros.analysis.nets.witness import replay
+from dineros.analysis.model.subject import Subject, base_subject
+from dineros.analysis.nets.witness import WitnessError, replay
 from dineros.analysis.suggestions.changes import Changes, against_circle
 from dineros.analysis.witnesses.findings import Finding
 from dineros.metamodel import pn, sym
@@ -145,7 +145,7 @@ def _against_waiting(model: sym.SystemModel, finding: Finding, budget: Budget) -
     BudgetExceededError
         Time or memory ran out before a change was found.
     """
-    circle = _circle_of(finding)
+    circle = circle_of(finding)
     if circle is None:
         return None
     pages = _pages_in(circle)
@@ -187,18 +187,26 @@ def let_calls_end(model: sym.SystemModel, finding: Finding, budget: Budget) -> F
 
     This is cheaper than a search for groups and threads, and lets the callbacks do more.
     """
-    circle = _circle_of(finding)
+    circle = circle_of(finding)
     return None if circle is None else _with_time_outs(model, circle, _pages_in(circle), budget)
 
 
-def _circle_of(finding: Finding) -> Circle | None:
+def circle_of(finding: Finding) -> Circle | None:
     """Return the circle of a finding, from the marking that its witness leads to."""
     witness = finding.witness
-    if witness is None or witness.subject is None:
+    return None if witness is None or witness.subject is None else circle_after(finding, witness.subject)
+
+
+def circle_after(finding: Finding, subject: Subject) -> Circle | None:
+    """Return the circle of a finding after the steps of its witness; None if they do not close it."""
+    assert finding.witness is not None
+    names, waiting = [step.transition for step in finding.witness.steps], Waiting(subject)
+    if not subject.transition_index.keys() >= set(names):
         return None
-    subject = witness.subject
-    trace = [subject.transition_index[step.transition] for step in witness.steps]
-    waiting, marking = Waiting(subject), replay(subject.net, trace)[-1]
+    try:
+        marking = replay(subject.net, [subject.transition_index[name] for name in names])[-1]
+    except WitnessError:
+        return None
     closed = [waiting.circle(marking, callback.waiter) for callback in waiting.callbacks.values()]
     return next((each for each in closed if each is not None and each.elements == finding.elements), None)
 

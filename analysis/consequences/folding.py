@@ -30,6 +30,7 @@ from dineros.analysis.consequences.cause_fixes import (
     is_proved,
     let_calls_end,
 )
+from dineros.analysis.consequences.quick import folded_quickly
 from dineros.analysis.consequences.together import fewest_causes
 from dineros.analysis.consequences.used import used_in_runs
 from dineros.analysis.model.subject import Subject, base_subject
@@ -43,6 +44,9 @@ from dineros.transformations.language.copying import deep_copy
 
 SHARE = 0.9
 """Part of the time that is left for asking again."""
+
+QUICK_SHARE = 0.8
+"""The share of it for what needs no search; that takes a few seconds of the processor at most."""
 
 FIX_SHARE = 0.6
 """The share of it for the search for a change that removes a cause."""
@@ -134,6 +138,8 @@ class _Folding:
         """Ask again where each of the causes is fixed, and where all of them are."""
         found: dict[int, list[Finding]] = {id(cause): [] for cause in causes}
         fixed: list[_Fixed] = []
+        if not self._is_timed:
+            self._fold_quickly(causes, found)
         # A cause has a share of the time, and a second one of the time that the others leave if the first was
         # not enough.
         open_causes = self._round(causes, found, fixed)
@@ -145,15 +151,23 @@ class _Folding:
             folded = {id(each) for some in found.values() for each in some}
             self._fold_together([each for each in fixed if id(each[0]) not in folded], fixed, found)
         folded = {id(each) for some in found.values() for each in some}
+        order = {id(each): number for number, each in enumerate(self._report.findings)}
         first, others = [], []
         for finding in self._report.findings:
-            consequences = found.get(id(finding), ())
+            consequences = sorted(found.get(id(finding), ()), key=lambda each: order[id(each)])
             if consequences:
                 named = [self._with_others(each) for each in consequences]
                 first.append(replace(finding, consequences=tuple(named)))
             elif id(finding) not in folded:
                 others.append(finding)
         self._report.findings[:] = [*first, *others]
+
+    def _fold_quickly(self, causes: Sequence[Finding], found: dict[int, list[Finding]]) -> None:
+        """List unused parts under causes, where changes and runs that need no search show them."""
+        budget = self._budget.share(QUICK_SHARE) if self._budget.left is not None else self._budget
+        for cause, gone in folded_quickly(self._model, causes, self._left, budget):
+            found[id(cause)] += gone
+            self._left = [each for each in self._left if not _is_in(each, gone)]
 
     def _with_others(self, consequence: Finding) -> Finding:
         return replace(consequence, together=self._others.get(id(consequence), ()))

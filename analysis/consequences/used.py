@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 
 from dineros.analysis.answers.budget import Budget
+from dineros.analysis.callbacks.plans import Plans
 from dineros.analysis.checks.unused import FAULTS, unused_parts
 from dineros.analysis.model.subject import Subject
 from dineros.analysis.walks.first_round import first_round
@@ -17,8 +18,20 @@ _RULES = frozenset(fault.rule for fault in FAULTS)
 
 def used_in_runs(subject: Subject, some: Sequence[Finding], budget: Budget) -> list[Finding]:
     """Return which of some faults, that parts are never used, short walks disprove."""
-    asked = _transitions_of(subject, {id for each in some if each.rule in _RULES for id in each.elements})
+    asked = _asked(subject, some)
     return disproved(subject, first_round(subject.net, budget, asked).ways, some) if asked else []
+
+
+def used_in_plans(subject: Subject, some: Sequence[Finding]) -> list[Finding]:
+    """Return which of some faults, that parts are never used, planned runs disprove."""
+    plans = Plans(subject.net)
+    ways = [plans.way_to(transition) for transition in _asked(subject, some)]
+    return disproved(subject, {fired for way in ways for fired in way or ()}, some)
+
+
+def is_unused_part(finding: Finding) -> bool:
+    """Return whether a fault is that a part is never used."""
+    return finding.rule in _RULES
 
 
 def disproved(subject: Subject, fired: Collection[int], some: Sequence[Finding]) -> list[Finding]:
@@ -39,6 +52,10 @@ def disproved(subject: Subject, fired: Collection[int], some: Sequence[Finding])
     never = set(range(len(subject.net.transitions))).difference(fired)
     open_still = {each.elements for each in unused_parts(subject, never)}
     return [each for each in some if each.rule in _RULES and each.elements not in open_still]
+
+
+def _asked(subject: Subject, some: Sequence[Finding]) -> list[int]:
+    return _transitions_of(subject, {id for each in some if each.rule in _RULES for id in each.elements})
 
 
 def _transitions_of(subject: Subject, elements: Collection[str]) -> list[int]:

@@ -27,6 +27,12 @@ from tests.support.ros2_systems.waiting_models import awaiting_result, sharing_a
 pytestmark = pytest.mark.usefixtures("own_time")  # folding a cause has a share of the time
 
 
+@pytest.fixture
+def only_search(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Fold nothing by runs that need no search."""
+    monkeypatch.setattr(folding, "folded_quickly", lambda *_: ())
+
+
 def folded(model: sym.SystemModel, budget: Budget = UNLIMITED) -> Report:
     budget = budget.begun()
     report = check(model, budget)
@@ -241,6 +247,7 @@ def test_runs_fold_what_is_never_used_without_all_markings(monkeypatch: pytest.M
     assert {rule for rule, _ in consequences(report.findings[0])} == {"dead-node-net", "dead-transition"}
 
 
+@pytest.mark.usefixtures("only_search")
 def test_a_cause_gets_the_time_that_others_leave(monkeypatch: pytest.MonkeyPatch) -> None:
     """Its part of the time is not enough to find what fixes it; the other cause needs hardly any."""
     model = program("same_group")
@@ -264,6 +271,7 @@ def test_a_cause_gets_the_time_that_others_leave(monkeypatch: pytest.MonkeyPatch
     assert ("dead-transition", "Show") in found["ports-not-matched"]
 
 
+@pytest.mark.usefixtures("only_search")
 def test_a_cause_whose_changes_took_too_long_is_tried_again(monkeypatch: pytest.MonkeyPatch) -> None:
     """The search for changes has only a part of the time of its cause, which goes on."""
     model = program("same_group")
