@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from dineros.analysis.answers.budget import BudgetExceededError
+from dineros.analysis.answers.budget import Budget, BudgetExceededError
 from dineros.analysis.checks.check import check
 from dineros.analysis.consequences import folding
 from dineros.analysis.consequences.folding import fold_consequences
@@ -14,6 +14,7 @@ from dineros.analysis.consequences.quick import folded_quickly
 from dineros.analysis.witnesses.findings import Finding, Report
 from dineros.metamodel import sym
 from dineros.metamodel.build import flow
+from dineros.metamodel.elements import find
 from examples.callbacks.models import battery, node, program, topic
 
 
@@ -26,7 +27,7 @@ def unheard(model: sym.SystemModel) -> sym.SystemModel:
     heard = sym.Place(id="Heard", page=page)
     flow(heard, sym.Transition(id="Log", page=page))
     topic(model, "Scans_", said, heard)
-    (channel,) = [each for each in model.channels if each.id == "Scans_"]
+    channel = find(model, "Scans_", sym.TopicChannel)
     channel.publishers[0].qos = sym.QualityOfService(reliability="bestEffort")
     channel.subscribers[0].qos = sym.QualityOfService(reliability="reliable")
     return model
@@ -53,7 +54,7 @@ def folded_without_search(
     report = check(model)
     before = list(report.findings)
     monkeypatch.setattr(folding, "fix_of", out_of_time)
-    fold_consequences(model, report, folding.Budget(seconds=600).begun(), again=None)
+    fold_consequences(model, report, Budget(seconds=600).begun(), again=None)
     return report, before
 
 
@@ -74,4 +75,4 @@ def test_a_change_after_which_the_circle_closes_is_not_taken() -> None:
     report = check(model)
     causes = [each for each in report.findings if each.rule == "callback-deadlock"]
     assert len(causes) == 1
-    assert not list(folded_quickly(model, causes, report.findings, folding.Budget().begun()))
+    assert not list(folded_quickly(model, causes, report.findings, Budget().begun()))
