@@ -19,6 +19,7 @@ from dineros.metamodel.colours.terms import (
     Comparison,
     Condition,
     Shift,
+    TooManyValuesError,
     Tuple,
     Value,
     Variable,
@@ -173,15 +174,31 @@ class _Define:
         yield {**bound, self.name: self.of(bound)}
 
 
+@dataclass
+class Tries:
+    """Counts how many values are tried of variables that no token binds; `most` at most."""
+
+    most: int
+    count: int = 0
+
+    def add(self) -> None:
+        """Count one more; raise TooManyValuesError if there are too many."""
+        self.count += 1
+        if self.count > self.most:
+            raise TooManyValuesError
+
+
 @dataclass(frozen=True)
 class _Each:
     """Bind a variable to each value of its sort."""
 
     name: str
     size: int
+    tries: Tries
 
     def bindings(self, bound: Bound, occurring: Sequence[Occurring]) -> Iterator[Bound]:
         for value in range(self.size):
+            self.tries.add()
             yield {**bound, self.name: value}
 
 
@@ -200,6 +217,8 @@ class Plan:
         Condition that its variables must satisfy.
     variables : mapping of str to Variable
         All variables by name.
+    tries : Tries
+        Counts the values that are tried of variables that no token binds.
     first : Pattern or None
         The given input.
     """
@@ -207,6 +226,7 @@ class Plan:
     patterns: Sequence[Pattern]
     condition: Condition
     variables: Mapping[str, Variable]
+    tries: Tries
     first: Pattern | None = None
     _steps: list[_Step] = field(default_factory=list, init=False)
     _seed: _Match | None = field(default=None, init=False)
@@ -238,7 +258,7 @@ class Plan:
 
     def _bind_one(self, bound: set[str]) -> None:
         name = min(self.variables.keys() - bound, key=lambda name: (self.variables[name].sort.size, name))
-        self._steps.append(_Each(name, self.variables[name].sort.size))
+        self._steps.append(_Each(name, self.variables[name].sort.size, self.tries))
         bound.add(name)
 
     def _checked(self, conditions: Iterable[Condition], bound: set[str]) -> list[Condition]:

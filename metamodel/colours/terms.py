@@ -157,6 +157,10 @@ class TooLargeError(ValueError):
     """A multiset, or the plain net, is larger than allowed."""
 
 
+class TooManyValuesError(TooLargeError):
+    """Conditions would have to be tried with more values of variables than allowed."""
+
+
 class NegativeCountError(ValueError):
     """A difference takes more tokens than there are in the first multiset."""
 

@@ -11,7 +11,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from dineros.metamodel.colours.patterns import Bound, Occurring, Pattern, Plan
+from dineros.metamodel.colours.patterns import Bound, Occurring, Pattern, Plan, Tries
 from dineros.metamodel.colours.sorts import Product, Sort
 from dineros.metamodel.colours.terms import (
     Condition,
@@ -21,6 +21,7 @@ from dineros.metamodel.colours.terms import (
     NegativeCountError,
     Shift,
     TooLargeError,
+    TooManyValuesError,
     Tuple,
     Variable,
     multiset_of,
@@ -30,6 +31,9 @@ from dineros.metamodel.colours.terms import (
 
 ARCS = 50
 """Arcs of the plain net for each place and transition that it may have, at most."""
+
+TRIES = 100
+"""Values that are tried of variables that no token binds, for each place and transition, at most."""
 
 
 @dataclass(frozen=True)
@@ -117,6 +121,8 @@ class Unfolding:
     ------
     TooLargeError
         The plain net has more than `most` places and transitions, or `ARCS` times as many arcs.
+    TooManyValuesError
+        More than `TRIES` times as many values of variables that no token binds would have to be tried.
     NegativeCountError
         An arc takes away more tokens than there are.
     """
@@ -137,6 +143,7 @@ class Unfolding:
         self._run()
 
     def _run(self) -> None:
+        tries = Tries(TRIES * self._most)
         for index, place in enumerate(self._places):
             self._occur((index, value) for value, count in sorted(place.marking.items()) if count)
         for number, transition in enumerate(self._transitions):
@@ -148,10 +155,10 @@ class Unfolding:
                 if isinstance(term, (Variable, Constant, Shift, Mapped, Tuple))
             ]
             for pattern in patterns:
-                plan = Plan(patterns, transition.condition, variables, pattern)
+                plan = Plan(patterns, transition.condition, variables, tries, pattern)
                 self._waiting[pattern.place].append((number, plan))
             if not patterns:
-                self._make(number, Plan((), transition.condition, variables).bindings(self._occurring))
+                self._make(number, Plan((), transition.condition, variables, tries).bindings(self._occurring))
         while self._new:
             place_index, value = self._new.popleft()
             self._occurring[place_index].add(value)
@@ -218,5 +225,6 @@ __all__ = [
     "Firing",
     "NegativeCountError",
     "TooLargeError",
+    "TooManyValuesError",
     "Unfolding",
 ]

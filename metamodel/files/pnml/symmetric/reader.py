@@ -16,7 +16,13 @@ from dineros.metamodel.colours.terms import (
     multiset_of,
     variables_of,
 )
-from dineros.metamodel.colours.unfolding import ColouredPlace, ColouredTransition, TooLargeError, Unfolding
+from dineros.metamodel.colours.unfolding import (
+    ColouredPlace,
+    ColouredTransition,
+    TooLargeError,
+    TooManyValuesError,
+    Unfolding,
+)
 from dineros.metamodel.files.pnml.layout import is_inhibitor_mark
 from dineros.metamodel.files.pnml.plain.known import COLOURED_ATTRIBUTES, HARMLESS_NAMESPACES
 from dineros.metamodel.files.pnml.plain.values import only
@@ -76,6 +82,9 @@ def read_symmetric(net: etree._Element, source: Source) -> pn.Net:
     try:
         coloured = _SymmetricReader(net, source).read()
         unfolding = Unfolding(coloured.places, coloured.transitions, limit)
+    except TooManyValuesError:
+        message = "conditions have variables that no arc binds, with too many values to try"
+        raise source.error(message, net, hint=hint) from None
     except TooLargeError:
         raise source.error("the unfolded net is too large", net, hint=hint) from None
     except NegativeCountError:

@@ -291,3 +291,28 @@ def test_a_product_of_one_sort_is_that_sort(tmp_path: Path) -> None:
         '<type><structure><usersort declaration="Site"/>', '<type><structure><usersort declaration="One"/>'
     )
     assert origins_of(read(tmp_path, text)).places == {"At": ("At(a)", "At(b)", "At(c)"), "Never": ()}
+
+
+@pytest.mark.parametrize("size", [99, 101])
+def test_values_of_variables_that_no_arc_binds_are_limited(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, size: int
+) -> None:
+    """No pair of values fulfils the condition, so that the number of transitions limits nothing."""
+    variables = "".join(
+        f'<variabledecl id="{name}" name="{name}"><usersort declaration="N"/></variabledecl>' for name in "xy"
+    )
+    less = "".join(
+        "<subterm><lessthan>"
+        + "".join(f'<subterm><variable refvariable="{name}"/></subterm>' for name in pair)
+        + "</lessthan></subterm>"
+        for pair in ("xy", "yx")
+    )
+    condition = f"<condition><structure><and>{less}</and></structure></condition>"
+    text = _huge(NUMBERS + variables, "N", ONE, ONE).replace(str(HUGE), str(size))
+    text = text.replace('<transition id="t"/>', f'<transition id="t">{condition}</transition>')
+    monkeypatch.setenv("DINEROS_LIMITS", "elements=100")
+    if size <= 99:
+        assert read(tmp_path, text)
+    else:
+        with pytest.raises(ModelFileError, match="no arc binds, with too many values to try"):
+            read(tmp_path, text)
