@@ -47,6 +47,8 @@ TAKES_AWAY, MAY_TAKE_AWAY = "takes the node away", "may take the node away"
 """The way of spinning that takes a node out of an executor that runs it, or runs later without it."""
 BARRIER = "barrier"
 """The way of ending a wait at a barrier, at which the callback waits, too."""
+UNSPUN = "none that spins"
+"""The executor of a node or a callback group in C++ that only an executor gets that never spins."""
 NO_SPIN = "open: no spin was seen"
 """Executor of a node that no code in the folder spins."""
 
@@ -214,7 +216,8 @@ class CallbackFact:
     answers : dict of str to bool
         Of a service: fields of its response that have this value each time.
     lacks : str
-        ``always`` or ``conditional``, if it returns something else than rclpy needs: no response, no result.
+        ``always`` or ``conditional``, if it returns something else than rclpy needs: no response, no result;
+        `LATER`, if it may send the response after it has returned (rclcpp).
     """
 
     name: str
@@ -246,6 +249,9 @@ class CallbackFact:
             found["answers"] = self.answers
         return found
 
+
+LATER = "later"
+"""A callback of a service lacks its response when it returns: other code sends it."""
 
 STARTING = ("constructor", "main", "module")
 """Kinds of code that runs, in its order, when a program starts."""

@@ -233,7 +233,13 @@ _NEEDS = {
 
 def _gives(callback: CallbackFact, node: NodeFact) -> Iterator[tuple[Place, Finding]]:
     """Yield callbacks that do not return what rclpy needs; those that may not are warnings."""
-    if callback.lacks and callback.at.file.endswith(".py"):
+    if callback.lacks and not callback.at.file.endswith(".py"):
+        if callback.lacks == "always":
+            words = (
+                "gets no response to fill, and no code sends one by send_response: the client waits forever"
+            )
+            yield callback.at, GIVES.found(node.name, callback.name, who=said(callback, node), words=words)
+    elif callback.lacks:
         what, then = _NEEDS[callback.kind]
         verb = "returns" if callback.lacks == "always" else "may return"
         words = f"{verb} no {what}: {then}"

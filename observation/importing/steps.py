@@ -8,7 +8,7 @@ from dataclasses import replace
 from dineros.observation.importing.assuming import Taken
 from dineros.observation.importing.flows.goals import acceptance_after, waits_for_goal
 from dineros.observation.importing.flows.labels import Deciding, Step
-from dineros.sources.facts import TRANSFORM, CallbackFact, Effect, Entity
+from dineros.sources.facts import LATER, TRANSFORM, CallbackFact, Effect, Entity
 from dineros.sources.places import located
 
 _TIMES = {"always": "", "conditional": "?", "in a loop": "*"}
@@ -60,6 +60,10 @@ class Behaviour:
         if fact.is_open:
             return None
         found: list[Step] = []
+        if fact.lacks == LATER and not any(each.do == "respond" for each in fact.effects):
+            words = "returns without a response, which other code sends"
+            at = located(fact.at, self._folder)
+            self._taken.lack(f"{at}: {fact.name} {words}; in the model, it responds when it ends")
         for effect in fact.effects:
             at = located(effect.at, self._folder)
             is_short = effect.what == TRANSFORM and not effect.is_repeated  # it ends by itself

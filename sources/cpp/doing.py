@@ -11,7 +11,7 @@ from dineros.sources.cpp.following.machine import coerced, is_node
 from dineros.sources.cpp.following.statements import Statements
 from dineros.sources.cpp.interpreting.formatting import formatted, of_text
 from dineros.sources.cpp.interpreting.generated import generated
-from dineros.sources.cpp.interpreting.groups import take_group
+from dineros.sources.cpp.interpreting.groups import ADDED, join, runs_in_turn, take_group
 from dineros.sources.cpp.interpreting.lists import items
 from dineros.sources.cpp.interpreting.loading import loaded
 from dineros.sources.cpp.interpreting.naming import SUB_SPACE, is_callable
@@ -272,7 +272,8 @@ class Ros(Ports):
         order = self.machine.next_order()
         for each in nodes:
             if each.node is not None:
-                each.node.spun = order if not each.node.executor or not order else each.node.spun
+                is_first = not each.node.executor or each.node.executor.startswith(ADDED)
+                each.node.spun = order if is_first or not order else each.node.spun
                 each.node.executor, each.node.threads = executor, threads
                 each.node.pool = self._pools if len(nodes) > 1 else 0
         return Const(None)
@@ -423,10 +424,12 @@ class Ros(Ports):
             self._names_vendor(call)
             nodes = [each for each in call.args if isinstance(each, Obj)]
             if last == "add_callback_group":
-                take_group(call.args[0] if call.args else None, self.machine.nodes)
+                group = call.args[0] if call.args else None
+                take_group(group, self.machine.nodes, on_text(call.node))
             held = on.fields.setdefault("nodes", Items())
             if isinstance(held, Items) and last == "add_node":
                 held.values += nodes
+                join(nodes, on_text(call.node))
             elif isinstance(held, Items):
                 held.values += [each for each in options(call.args[0]) if isinstance(each, Port)]
             return Const(None)
@@ -437,8 +440,15 @@ class Ros(Ports):
             if isinstance(kept, Items) and self.machine.role in ("main", "thread"):
                 said = on_text(call.node) or text_of(next(iter(call.nodes), None))
                 self._spin_groups(said, kept, threads)
+            elif isinstance(kept, Items):
+                runs_in_turn(kept)
+                if kept.values and not nodes:  # it has only groups, which no other executor runs
+                    return Const(None)
             return self._spin(call, nodes, name, threads)
         if last == "spin_until_future_complete":
+            kept = on.fields.get("nodes")
+            if isinstance(kept, Items):
+                runs_in_turn(kept)
             if self.machine.role == "main":
                 self._executor(Call(call.node, call.frame, "spin", [], on), on)
             return self._await(call, call.args[0] if call.args else None, call.args[1:], "spin-until")

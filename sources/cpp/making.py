@@ -158,7 +158,8 @@ class Maker:
         else:
             entity.name = name_on(owner, args[0] if args else None)
             entity.type = self.type_of(call, args)
-            self._others(kind, entity, args[1:], owner)
+            is_typed = "generic" in call.last  # the second argument is the type
+            self._others(kind, entity, args[2:] if is_typed else args[1:], owner)
         return port
 
     def _held(self, entity: Entity, frame: Frame) -> None:

@@ -137,7 +137,7 @@ class Ports:
         return Made("future", effect=effect)
 
     def _wait_for(self, call: Call, on: Port) -> Value:
-        limit = _limit(call.args)
+        limit = _limit(call.args, is_negative_endless=True)
         seconds = constant(limit[0]) if limit else None
         how = f"time-out {seconds} s" if seconds is not None else "without time-out"
         how = "time-out that is open" if limit and seconds is None else how
@@ -218,10 +218,15 @@ class Ports:
         return is_own and self.machine.loops > loops and not any(self.machine.ways_out[loops:])
 
 
-def _limit(args: list[Value]) -> list[Value]:
-    """Return the arguments without a time-out that is longer than any program runs."""
+def _limit(args: list[Value], *, is_negative_endless: bool = False) -> list[Value]:
+    """Return the arguments without a time-out that is longer than any program runs.
+
+    For ``rclcpp``, a negative time-out is none; for futures of the standard library, it has passed.
+    """
     seconds = constant(args[0]) if args else None
-    return [] if isinstance(seconds, (int, float)) and seconds >= FOREVER else args
+    if not isinstance(seconds, (int, float)):
+        return args
+    return [] if seconds >= FOREVER or (is_negative_endless and seconds < 0) else args
 
 
 def _is_arrow(call: Call) -> bool:

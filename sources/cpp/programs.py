@@ -16,6 +16,7 @@ from dineros.sources.cpp.following.reach import Reach
 from dineros.sources.cpp.following.reached import Reached
 from dineros.sources.cpp.following.statements import Statements
 from dineros.sources.cpp.index import Asked, ClassInfo, Index, Routine
+from dineros.sources.cpp.interpreting.deferring import find_unanswered, is_deferred
 from dineros.sources.cpp.interpreting.groups import doubt_groups
 from dineros.sources.cpp.keeping import Followed, Keeper
 from dineros.sources.cpp.left_out import calls_of
@@ -25,7 +26,7 @@ from dineros.sources.cpp.replaced import join_replaced
 from dineros.sources.cpp.tables.parameter_libraries import read_parameter_libraries
 from dineros.sources.cpp.tables.plugins import read_plugins
 from dineros.sources.cpp.values import Frame, Made, Todo, Value
-from dineros.sources.facts import NO_SPIN, CallbackFact, NodeFact
+from dineros.sources.facts import LATER, NO_SPIN, CallbackFact, NodeFact
 from dineros.sources.folders import CPP, SourceFolder, is_test
 from dineros.sources.launch.containers import THREADS
 from dineros.sources.left_out import lines
@@ -248,6 +249,7 @@ class CppPrograms:
         self._reached.classes |= found.reached.classes
         self._reached.calls |= found.reached.calls
         doubt_groups(found.nodes, self._sources)
+        find_unanswered(found.nodes, self._sources)
         return found.nodes
 
     def _most_steps(self) -> int:
@@ -354,6 +356,8 @@ def _read(machine: Statements, todo: Todo) -> None:
         return
     machine.invoke(todo.target, [], node, Frame(todo.fact.at.file, ""))
     todo.fact.body = machine.body_of(todo.fact, node)
+    if todo.fact.kind == "service":
+        todo.fact.lacks = LATER if is_deferred(node) else ""
     if todo.fact.kind == "accepted" and todo.entity is not None and "execute" not in todo.entity.callbacks:
         todo.entity.callbacks["execute"] = todo.fact
         todo.entity.details["execute"] = todo.fact.name
@@ -389,7 +393,7 @@ def _finish(
     if node.threads == "not spun" and component is not None and component.executable:
         node.executor = component.executor.rpartition("::")[2]
         node.threads = THREADS.get(node.executor, "open")
-    elif node.threads == "not spun":
+    elif node.threads == "not spun" and not node.executor:
         node.threads = "open"
         node.executor = NO_SPIN if is_helper else "open: a component: its container decides"
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from dineros.sources.cpp.values import Const, Either, Made, Open, Value, is_quality, shown
+from dineros.sources.cpp.following.durations import FOREVER
+from dineros.sources.cpp.values import Const, Either, Made, Open, Value, constant, is_quality, shown
+from dineros.sources.facts import is_open
 
 Profile = dict[str, Any]
-"""``depth``, ``reliability`` and ``durability``; each may be open."""
+"""``depth``, ``reliability`` and ``durability``; each may be open. Absent members are the usual ones."""
 
 USUAL: Profile = {"depth": 10, "reliability": "reliable", "durability": "volatile"}
 SYSTEM: Profile = {"depth": 0, "reliability": "system default", "durability": "system default"}
@@ -45,6 +47,8 @@ RMW_PROFILE = "rmw_qos_profile_t"
 """The structure of a profile in C."""
 _OF_RMW = ("history", "depth", "reliability", "durability", "deadline", "lifespan", "liveliness")
 """Its first members, in their order."""
+TIMED = ("deadline", "lease_duration")
+"""Members of a profile in seconds; absent: without bound."""
 _OPEN: Profile = dict.fromkeys(USUAL, "open")
 
 
@@ -52,7 +56,10 @@ def profile(value: Value | None) -> Profile:
     """Return the quality of service of a value; unknown parts are open."""
     if isinstance(value, Either):
         found = [profile(each) for each in value.options]
-        return {key: _one([each[key] for each in found]) for key in USUAL}
+        keys = dict.fromkeys(
+            [*USUAL, *(key for each in found for key in each if key in (*TIMED, "liveliness"))]
+        )
+        return {key: _one([each.get(key, "usual") for each in found]) for key in keys}
     if isinstance(value, Const) and isinstance(value.value, int) and not isinstance(value.value, bool):
         return {**USUAL, "depth": value.value}
     if isinstance(value, Made):
@@ -75,6 +82,10 @@ def _of(value: Made) -> Profile:
     for key, each in value.fields.items():  # members that are set afterwards
         if key == "depth":
             found[key] = profile(each)["depth"]
+        elif key in TIMED or (key == "liveliness" and not isinstance(each, Const)):
+            _set(found, key, each)
+        elif key == "liveliness":
+            found[key] = each.value  # type: ignore[attr-defined]
         elif key in USUAL:
             is_word = isinstance(each, Const) and isinstance(each.value, str)
             found[key] = each.value if is_word else _word(each)  # type: ignore[attr-defined]
@@ -146,10 +157,32 @@ def changed(value: Value | None, method: str, args: list[Value]) -> Made:
         found["reliability"] = "best available"
     if method in ("best_available", "durability_best_available"):
         found["durability"] = "best available"
+    if method in ("deadline", "liveliness", "liveliness_lease_duration") and args:
+        _set(found, method.removeprefix("liveliness_"), args[0])
     if method == "keep_last":
         found.pop("history", None)
     fields: dict[str, Value] = {key: Const(each) for key, each in found.items()}
     return Made("rclcpp::QoS", fields=fields)
+
+
+def _set(found: Profile, key: str, value: Value) -> None:
+    """Set a deadline or a lease, in seconds, or how liveliness is asserted; usual values are left out."""
+    found.pop(key, None)
+    if key == "liveliness":
+        path = (value.path if isinstance(value, Made) else shown(value)).upper().replace("_", "")
+        if path.endswith("MANUALBYTOPIC"):
+            found[key] = "manual_by_topic"
+        elif not path.endswith(("AUTOMATIC", "SYSTEMDEFAULT", "BESTAVAILABLE")):
+            found[key] = f"open: {shown(value).removeprefix('open: ')}"
+        return
+    seconds = constant(value)
+    if not isinstance(seconds, (int, float)):
+        is_endless = isinstance(value, Made) and value.path.upper().endswith(("INFINITE", "DEFAULT"))
+        if not is_endless:
+            text = value.value if isinstance(value, Const) else shown(value)  # open already, or not
+            found[key] = text if is_open(text) else f"open: {text}"
+    elif 0 < seconds < FOREVER:
+        found[key] = float(seconds)
 
 
 def of_rmw(values: list[Value]) -> dict[str, Value]:

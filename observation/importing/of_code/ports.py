@@ -85,10 +85,22 @@ def _quality(node: CodedNode, entity: Entity) -> Quality:
             # With another value the ports may not match, so that no message ever arrives.
             say = node.taken.lack if is_open(value) else node.taken.add
             say(f"{node.at(entity.at)}: the {key} of {entity.name} is {value}; {usual} is assumed")
+    times: dict[str, float | None] = {}
+    for key in ("deadline", "lease_duration"):
+        seconds = entity.details.get(key)
+        times[key] = seconds if isinstance(seconds, float) else None
+    for key in (*times, "liveliness"):
+        value = entity.details.get(key)
+        if is_open(value):
+            words = f"the {key.replace('_', ' ')} of {entity.name} is {value}; the usual one is assumed"
+            node.taken.lack(f"{node.at(entity.at)}: {words}")
     return Quality(
         "bestEffort" if reliability == "best_effort" else "reliable",
         "transientLocal" if durability == "transient_local" else "volatile",
-        *("automatic", None, None, None),
+        "manualByTopic" if entity.details.get("liveliness") == "manual_by_topic" else "automatic",
+        times["deadline"],
+        times["lease_duration"],
+        None,
     )
 
 

@@ -6,15 +6,23 @@ import re
 from collections.abc import Iterable
 
 from dineros.sources.cpp.parsing import Source
-from dineros.sources.cpp.values import Const, Made, Port, Value, options, shown
-from dineros.sources.facts import Entity, NodeFact
+from dineros.sources.cpp.values import Const, Items, Made, Obj, Port, Value, options, shown
+from dineros.sources.facts import NO_SPIN, UNSPUN, Entity, NodeFact
 
 ALONE = "none"
 """The executor of a group that does not go with its node, and that no executor gets."""
 PERHAPS_ALONE = "none that is known"
 """The same, where other code may give it to an executor."""
+ADDED = "one that gets it: "
+"""Begins the executor of a node that an executor gets which is not known to spin."""
 OTHER = "another one"
 """An executor of its own that is not read."""
+_NAME = re.compile(r"(?:this->)?\w+")
+_PLAIN = (
+    rb"\bNAME\s*(?:\.|->)\s*(?:add_node|add_callback_group|remove_node|remove_callback_group|cancel|reset)\b"
+    rb"|Executor(?:::(?:SharedPtr|UniquePtr))?>?[\s&*]+(?:\w+\s*,\s*)*NAME\b|\bNAME\s*=\s*[^;]*Executor"
+)
+"""Uses of an executor in which it does not spin."""
 _KINDS = {"Reentrant": "reentrant", "MutuallyExclusive": "exclusive"}
 _GETS = re.compile(rb"\badd_callback_group\b")
 """Code that gives a group to an executor."""
@@ -30,14 +38,49 @@ def read_group(entity: Entity, args: list[Value]) -> None:
         entity.details.setdefault("executor", ALONE)
 
 
-def take_group(value: Value | None, nodes: Iterable[NodeFact]) -> None:
-    """Record that an executor gets a group; if it is not known, it may be each of some nodes."""
+def take_group(value: Value | None, nodes: Iterable[NodeFact], executor: str) -> None:
+    """Record that an executor gets a group; if it is not known, it may be each of some nodes.
+
+    Parameters
+    ----------
+    value : Value or None
+        The group.
+    nodes : iterable of NodeFact
+        The nodes of the program.
+    executor : str
+        The expression for the executor in the code.
+    """
     found = [each.entity for each in options(value) if isinstance(each, Port)]
-    if len(found) != 1 or len(options(value)) != 1:
+    is_certain = len(found) == 1 and len(options(value)) == 1 and _NAME.fullmatch(executor) is not None
+    if not is_certain:
         found += [each for node in nodes for each in node.of("groups")]
     for each in found:
-        if each.details.get("executor") == ALONE:
+        if is_certain and each.details.get("executor") == ALONE:
+            each.details |= {"executor": UNSPUN, "executor_name": executor.removeprefix("this->")}
+        elif each.details.get("executor") in (ALONE, UNSPUN):
             each.details["executor"] = OTHER
+
+
+def join(nodes: Iterable[Obj], executor: str) -> None:
+    """Record that an executor gets nodes."""
+    for each in nodes:
+        if each.node is not None and not each.node.executor and _NAME.fullmatch(executor) is not None:
+            each.node.executor = ADDED + executor.removeprefix("this->")
+
+
+def runs_in_turn(held: Items) -> None:
+    """Record that an executor runs the groups that it has, now and then."""
+    for each in held.values:
+        if isinstance(each, Port) and each.entity.details.get("executor") == UNSPUN:
+            each.entity.details["executor"] = OTHER
+
+
+def _is_only_filled(name: bytes, texts: Iterable[bytes]) -> bool:
+    """Return whether code does nothing with an executor but create it, give it nodes, and cancel it."""
+    plain = re.compile(_PLAIN.replace(b"NAME", re.escape(name)))
+    return all(
+        len(re.findall(rb"\b" + re.escape(name) + rb"\b", each)) == len(plain.findall(each)) for each in texts
+    )
 
 
 def doubt_groups(nodes: Iterable[NodeFact], sources: Iterable[Source]) -> None:
@@ -46,8 +89,17 @@ def doubt_groups(nodes: Iterable[NodeFact], sources: Iterable[Source]) -> None:
     may_get = any(_GETS.search(each) for each in texts)
     gets_all = any(_GETS_ALL.search(each) for each in texts)
     for node in nodes:
+        if node.executor.startswith(ADDED):
+            name = node.executor.removeprefix(ADDED).encode()
+            is_known = not (node.is_lent or node.lent_to) and _is_only_filled(name, texts)
+            node.executor = UNSPUN if is_known else NO_SPIN
+            node.threads = "not spun" if is_known else "open"
         for group in node.of("groups"):
-            if group.details.get("executor") == ALONE and gets_all:
+            name = group.details.pop("executor_name", "").encode()
+            if group.details.get("executor") == UNSPUN:
+                if gets_all or node.is_lent or not _is_only_filled(name, texts):
+                    group.details["executor"] = OTHER
+            elif group.details.get("executor") == ALONE and gets_all:
                 group.details["executor"] = OTHER
             elif group.details.get("executor") == ALONE and (may_get or node.is_lent or node.lent_to):
                 group.details["executor"] = PERHAPS_ALONE

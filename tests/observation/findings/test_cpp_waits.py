@@ -326,6 +326,7 @@ def test_the_next_message_of_a_topic_may_never_come(tmp_path: Path, limit: str, 
 
 SERVERS = [
     ("while not C.wait_for_service(1.0): pass", "while (!C->wait_for_service(1s)) {}", True),
+    ("C.wait_for_service()", "C->wait_for_service(std::chrono::nanoseconds(-1));", True),
     (
         "while not C.wait_for_service(1.0):\n            if not rclpy.ok(): return",
         "while (!C->wait_for_service(1s)) { if (!rclcpp::ok()) { return; } }",

@@ -230,3 +230,46 @@ def test_profiles_of_c_have_members_in_braces(tmp_path: Path) -> None:
     assert (named["depth"], named["reliability"], named["durability"]) == (3, BEST, "volatile")
     assert (own["history"], own["depth"], own["reliability"]) == ("keep_all", 0, "reliable")
     assert own["durability"].startswith("open")
+
+
+@pytest.mark.parametrize(
+    ("qos", "found"),
+    [
+        ("rclcpp::QoS(5).deadline(500ms)", (0.5, None, None)),
+        ("rclcpp::QoS(5).deadline(rclcpp::Duration::from_seconds(2.0)).reliable()", (2.0, None, None)),
+        ("rclcpp::QoS(5).deadline(std::chrono::hours::max())", (None, None, None)),
+        (
+            "rclcpp::QoS(5).liveliness(RMW_QOS_POLICY_LIVELINESS_MANUAL_BY_TOPIC)",
+            (None, "manual_by_topic", None),
+        ),
+        (
+            "rclcpp::QoS(5).liveliness(rclcpp::LivelinessPolicy::ManualByTopic)",
+            (None, "manual_by_topic", None),
+        ),
+        ("rclcpp::QoS(5).liveliness(RMW_QOS_POLICY_LIVELINESS_AUTOMATIC)", (None, None, None)),
+        ("rclcpp::QoS(5).liveliness_lease_duration(1s)", (None, None, 1.0)),
+        ("rclcpp::QoS(5).deadline(period)", ("open: period", None, None)),
+        ("rclcpp::QoS(5)", (None, None, None)),
+    ],
+)
+def test_deadlines_and_liveliness_are_read(tmp_path: Path, qos: str, found: tuple[object, ...]) -> None:
+    """They were ignored, so that ports that do not match were proved to match."""
+    text = PROGRAM.replace("BODY", "").replace("QOS", qos)
+    (tmp_path / "robot.cpp").write_text(text)
+    (port,) = read_source(tmp_path).nodes[0].of("publishers")
+    details = port.details
+    assert (details.get("deadline"), details.get("liveliness"), details.get("lease_duration")) == found
+
+
+def test_a_generic_subscription_has_its_quality_and_its_callback(tmp_path: Path) -> None:
+    """The type is its second argument."""
+    more = """
+    sub_ = create_generic_subscription("in", "std_msgs/msg/String", rclcpp::QoS(3).best_effort(),
+      [this](std::shared_ptr<rclcpp::SerializedMessage> message) { other_->publish(*message); });
+    other_ = create_generic_publisher("other", "std_msgs/msg/String", 4);"""
+    (tmp_path / "robot.cpp").write_text(PROGRAM.replace("BODY", more).replace("QOS", "10"))
+    (node,) = read_source(tmp_path).nodes
+    (port,) = node.of("subscriptions")
+    assert (port.type, port.details["depth"], port.details["reliability"]) == ("std_msgs/msg/String", 3, BEST)
+    assert [each.do for each in port.callbacks["callback"].effects] == ["publish"]
+    assert [each.details["depth"] for each in node.of("publishers")] == [4, 10]
