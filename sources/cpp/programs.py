@@ -20,6 +20,7 @@ from dineros.sources.cpp.interpreting.deferring import find_unanswered, is_defer
 from dineros.sources.cpp.interpreting.groups import doubt_groups
 from dineros.sources.cpp.keeping import Followed, Keeper
 from dineros.sources.cpp.left_out import calls_of
+from dineros.sources.cpp.macros.directives import without_dead
 from dineros.sources.cpp.macros.expanding import Macros
 from dineros.sources.cpp.parsing import Source, errors_of, parse
 from dineros.sources.cpp.replaced import join_replaced
@@ -76,7 +77,8 @@ class CppPrograms:
         self.files = [path for path in folder.files if path.endswith(CPP) and not is_test(path)]
         self._sources: list[Source] = []
         with deep_recursion():
-            texts = {path: text for path in self.files if (text := folder.read(path)) is not None}
+            read = {path: folder.read(path) for path in self.files}
+            texts = {path: without_dead(text) for path, text in read.items() if text is not None}
             macros = Macros(texts)
             for path, text in texts.items():
                 try:

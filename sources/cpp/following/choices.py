@@ -9,6 +9,7 @@ from dineros.sources.branches import Anything, Attempt, Block, Branch, Condition
 from dineros.sources.cpp.following.expressions import named
 from dineros.sources.cpp.following.loops import Loops
 from dineros.sources.cpp.following.ways import Way
+from dineros.sources.cpp.parsing import text_of
 from dineros.sources.cpp.values import Const, Frame, Open, Value
 
 if TYPE_CHECKING:
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
 
 _NAME = re.compile(r"[A-Z][A-Z0-9_]*|[A-Za-z_]\w*(::[A-Za-z_]\w*)+")
 """Of a constant: an enumerator is written so, a variable hardly ever."""
+_FIXED = {"0": False, "false": False, "1": True, "true": True}
+"""Conditions of the preprocessor with one value."""
 
 
 class Choices(Loops):
@@ -45,6 +48,29 @@ class Choices(Loops):
             done.append(self.taken)
         self.merge(ways, has_rest=False)
         self.block.append(Branch(condition, *done))
+
+    def directive(self, node: Node, frame: Frame) -> None:
+        """Run the branches of a condition of the preprocessor: it may hold or not; it opens no scope."""
+        name = node.child_by_field_name("name") or node.child_by_field_name("condition")
+        other = node.child_by_field_name("alternative")
+        first = [each for each in named(node) if each not in (name, other)]
+        rest = [] if other is None else named(other) if other.type == "preproc_else" else [other]
+        taken = _FIXED.get(text_of(name).strip())
+        ways: list[Way] = []
+        done: list[Block] = []
+        run, before, held = self.steps, list(self.holding), list(self.holding)
+        for side, branch in enumerate((first, rest)):
+            self.branching.append((run, side))
+            self.holding[:] = before
+            with self.way(ways, is_off=taken is not None and taken is not (side == 0)):
+                for each in branch:
+                    self.run_block(each, frame)
+            self.branching.pop()
+            done.append(self.taken)
+            held += [each for each in self.holding[len(before) :] if each not in held]
+        self.holding[:] = held
+        self.merge(ways, has_rest=False)
+        self.block.append(Branch(Anything(), *done))
 
     def _do_switch_statement(self, node: Node, frame: Frame) -> None:
         asked = next(reversed(self.values(node.child_by_field_name("condition"), frame)), Open("a condition"))

@@ -64,16 +64,14 @@ class Statements(Choices):
             self.value(node, frame)
 
     def _inside(self, node: Node, frame: Frame) -> None:
-        held = len(self.holding)
         if node.type.startswith("preproc"):
-            with self.perhaps():
-                for each in named(node)[1:]:
-                    self.run_block(each, frame)
-        else:
-            value = node.child_by_field_name("value")
-            for each in named(node):
-                if each != value:
-                    self.run_block(each, frame)
+            self.directive(node, frame)
+            return
+        held = len(self.holding)
+        value = node.child_by_field_name("value")
+        for each in named(node):
+            if each != value:
+                self.run_block(each, frame)
         del self.holding[held:]
 
     def _do_expression_statement(self, node: Node, frame: Frame) -> None:

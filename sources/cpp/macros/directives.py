@@ -16,6 +16,9 @@ DIRECTIVE = r"^[ \t]*\#[ \t]*(?P<which>\w+)(?P<rest>(?:[^\\\n]|\\\r?\n|\\.)*)"
 _PART = re.compile(f"(?P<literal>{LITERAL})|(?P<directive>{DIRECTIVE})", re.DOTALL | re.MULTILINE)
 _DEFINED = re.compile(r"\s*(\w+)(?:\(([\w\s,.]*)\)|(?!\(|\w))(.*)", re.DOTALL)
 _COMMENT = re.compile(f"(?P<literal>{LITERAL})", re.DOTALL)
+_CONDITION = re.compile(r"[ \t]*#[ \t]*(if|ifdef|ifndef|elif|else|endif)\b(.*)")
+_NEVER = re.compile(r"^[ \t]*#[ \t]*if[ \t]+(?:0|1|true|false)\b", re.MULTILINE)
+_KNOWN = {"0": False, "false": False, "1": True, "true": True}
 _GUARD = re.compile(r"_(?:H|HH|HPP|HXX)_*$|_$", re.IGNORECASE)
 
 
@@ -33,6 +36,8 @@ class Macro:
         The conditions around it, each with the number of the branch.
     is_one_of_several : bool
         Whether other branches of a condition define it differently.
+    bodies : tuple of str
+        What all of these branches define.
     """
 
     name: str
@@ -42,6 +47,7 @@ class Macro:
     line: int
     branches: tuple[tuple[int, int], ...] = ()
     is_one_of_several: bool = False
+    bodies: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -87,6 +93,44 @@ def directives(path: str, text: str) -> Iterator[Directive]:
                 branches = tuple((number, branch) for number, branch, _ in stack)
                 macro = Macro(parts[1], names, body, path, line, branches)
                 yield Directive(start, which, parts[1], macro, bool(stack) and stack[-1][2])
+
+
+def without_dead(text: str) -> str:
+    r"""Return a text whose branches that ``#if 0`` and ``#if 1`` exclude are blank; lines keep their numbers.
+
+    Examples
+    --------
+    >>> without_dead("#if 0\nold\n#else\nnew\n#endif")
+    '     \n   \n     \nnew\n      '
+    """
+    if _NEVER.search(text) is None:
+        return text
+    lines = text.split("\n")
+    stack: list[tuple[bool | None, bool]] = []  # whether the branch is taken, and whether it is read
+    for number, line in enumerate(lines):
+        found = _CONDITION.match(line)
+        is_read = all(each for _, each in stack)
+        is_fixed = False
+        if found is not None:
+            which, asked = found[1], found[2].partition("//")[0].partition("/*")[0].strip()
+            if which.startswith("if"):
+                known = _KNOWN.get(asked) if which == "if" else None
+                stack.append((known, known is not False))
+                is_fixed = known is not None
+            elif stack and which in ("else", "elif") and stack[-1][0] is not None:
+                is_fixed = which == "else"
+                if which == "elif" and stack[-1][0] is False:
+                    return text  # a chain of conditions
+                stack[-1] = (stack[-1][0], not stack[-1][0])
+            elif stack and which == "endif":
+                is_fixed = stack.pop()[0] is not None
+        if (
+            is_fixed
+            or not is_read
+            and not (found and found[1] in ("else", "elif", "endif") and all(e for _, e in stack))
+        ):
+            lines[number] = " " * len(line)
+    return "\n".join(lines)
 
 
 def _without_comment(found: re.Match[str]) -> str:

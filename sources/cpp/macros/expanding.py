@@ -1,8 +1,8 @@
 """Expands the macros of a folder in its files, so that what they stand for is read at the place of use.
 
 The rules are those of the C++ standard (section 15.6, "Macro replacement"). Of several definitions under
-conditions of the preprocessor, one is used: a macro after ``#ifdef`` counts as not defined; of other
-conditions, the first branch is used.
+conditions of the preprocessor, all are used if they are texts. Else one is used: a macro after ``#ifdef``
+counts as not defined; of other conditions, the first branch is used.
 """
 
 from __future__ import annotations
@@ -37,6 +37,10 @@ _BODY = re.compile(
     rf"(?P<literal>{LITERAL})|(?P<word>[A-Za-z_]\w*)|\s*(?P<paste>\#\#)\s*|(?P<text>\#)\s*(?=\w)|\s+|.",
     re.DOTALL,
 )
+_TEXT = re.compile(r'"(?:[^"\\\n]|\\.)*"')
+"""One text."""
+_MOST_BLANKS = 200
+"""Limit of the characters after a macro in which the next token is searched."""
 _OPTION = re.compile(r"__VA_OPT__\s*\(([^()]*)\)")
 
 Table = dict[str, Macro | None]
@@ -111,7 +115,9 @@ class Macros:
                 continue
             if end == found.start():
                 continue
-            is_assumed = macro.is_one_of_several and word not in said
+            texts = _alternatives(macro, text[done : found.start()], text[end : end + _MOST_BLANKS])
+            result = texts or result
+            is_assumed = macro.is_one_of_several and not texts and word not in said
             if is_assumed and (result.startswith('"') or self._uses_ports(macro, table)):
                 said.add(word)
                 what = f"the macro {word} has several meanings under conditions of the preprocessor"
@@ -165,7 +171,8 @@ class Macros:
                 table[step.name] = step.macro
             elif (before.parameters, before.body) != (step.macro.parameters, step.macro.body):
                 kept = step.macro if step.is_later_kept else before
-                table[step.name] = replace(kept, is_one_of_several=True)
+                bodies = dict.fromkeys([*(before.bodies or (before.body,)), step.macro.body])
+                table[step.name] = replace(kept, is_one_of_several=True, bodies=tuple(bodies))
 
     def _uses_ports(self, macro: Macro, table: Table) -> bool:
         """Return whether a definition of a macro, or of one that it uses, has calls of ports."""
@@ -281,6 +288,25 @@ class Macros:
         self._work += characters
         if self._left < 0 or self._work > _MOST_WORK:
             raise NotExpandedError("its text is too large")
+
+
+def _alternatives(macro: Macro, before: str, after: str) -> str:
+    """Return an expression for a text that branches define differently; empty: it cannot stand there.
+
+    A choice between them can follow no text, and no text can follow it.
+
+    Examples
+    --------
+    >>> macro = Macro("NAME", None, '"a"', "robot.cpp", 1, bodies=('"a"', '"b"'))
+    >>> _alternatives(macro, "f(", ")"), _alternatives(macro, 'f("/" ', ")")
+    ('(DEFINED_NAME ? "a" : "b")', '')
+    """
+    is_text = macro.parameters is None and all(_TEXT.fullmatch(each) for each in macro.bodies)
+    is_alone = not before.rstrip().endswith('"') and not after.lstrip().startswith('"') and after.strip()
+    if len(macro.bodies) < 2 or not is_text or not is_alone or "#" in before.rpartition("\n")[2]:
+        return ""
+    *firsts, last = macro.bodies
+    return "".join(f"(DEFINED_{macro.name} ? {each} : " for each in firsts) + last + ")" * len(firsts)
 
 
 def _usable(table: Table, word: str | None) -> Macro | None:

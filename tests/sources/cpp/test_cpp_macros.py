@@ -203,13 +203,13 @@ def test_what_is_not_expanded_is_named(tmp_path: Path, macros: str, tick: str, w
     assert len([each for each in facts.unread if why in each]) == 1, facts.unread
 
 
-def test_names_under_conditions_are_assumed(tmp_path: Path) -> None:
-    """As m-explore does for two distributions of ROS: the name was open."""
+def test_names_under_conditions_are_alternatives(tmp_path: Path) -> None:
+    """As m-explore does for two distributions of ROS: the name was open, then one of them was assumed."""
     macros = '#ifdef OLD\n#define NAME "Ask"\n#else\n#define NAME "ask"\n#endif'
     facts = read(tmp_path, macros, makes="server_ = create_service<Trigger>(NAME, [](auto, auto) {});")
-    assert "ask" in [each.name for each in facts.nodes[0].entities if each.kind == "services"]
-    (line,) = facts.unread
-    assert "NAME has several meanings" in line
+    names = [each.name for each in facts.nodes[0].entities if each.kind == "services"]
+    assert {"ask", "Ask"} <= set(names)
+    assert not facts.unread
 
 
 def test_macros_that_only_compute_are_quiet(tmp_path: Path) -> None:
