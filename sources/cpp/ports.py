@@ -81,7 +81,9 @@ class Ports:
             is_known = not is_open(entity.name) and "{" not in entity.name and not machine.is_launched
             return Const(entity.name) if is_known else Open("a name", f"{{{entity.port}.{last}}}")
         if entity.kind == "publishers" and last in _PUBLISH:
-            machine.does("publish", entity.port, call.node, call.frame, entity=entity)
+            count = len(machine.fact.effects)
+            effect = machine.does("publish", entity.port, call.node, call.frame, entity=entity)
+            machine.sends(effect, call.node, call.frame, is_new=len(machine.fact.effects) > count)
         elif entity.kind == "services" and last == "send_response":
             machine.does("respond", entity.port, call.node, call.frame, entity=entity)
         elif entity.kind == "clients" and last in ("async_send_request", "call_async", "prune_requests"):

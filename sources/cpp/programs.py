@@ -8,6 +8,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from dineros.metamodel.errors import counted
+from dineros.sources.branches import fields_of_effects
 from dineros.sources.cmake import Component
 from dineros.sources.cpp.doing import Ros
 from dineros.sources.cpp.following.machine import MOST_STEPS, TooLong
@@ -358,6 +359,8 @@ def _read(machine: Statements, todo: Todo) -> None:
         return
     machine.invoke(todo.target, [], node, Frame(todo.fact.at.file, ""))
     todo.fact.body = machine.body_of(todo.fact, node)
+    for effect, fields in fields_of_effects(todo.fact.body or []).items():
+        effect.given = fields
     if todo.fact.kind == "service":
         todo.fact.lacks = LATER if is_deferred(node) else ""
     if todo.fact.kind == "accepted" and todo.entity is not None and "execute" not in todo.entity.callbacks:

@@ -70,6 +70,65 @@ class FunctionText:
             return None
         return future
 
+    def asked_message(self, asked: Node) -> bool:
+        """Return whether an expression reads a field of the message that a subscription's callback gets.
+
+        The function only reads fields of it: ``msg->data``, or ``msg.data`` of a reference.
+        """
+        parameters = self.parameters()
+        holder, field = asked.child_by_field_name("argument"), _field(asked)
+        is_alone = len(parameters) == 1 or (len(parameters) == 2 and "MessageInfo" in parameters[1][1])
+        if not self.is_plain or not is_alone or holder is None or field is None:
+            return False
+        name = parameters[0][0]
+        if not name or text_of(holder) != name or self._declared(name) != 1 or not self._is_kept(field):
+            return False
+        return all(
+            not self._is_inner(each) and each.parent is not None and _field(each.parent) is not None
+            for each in self._uses(name)
+        )
+
+    def sent(self, call: Node) -> dict[str, Node]:
+        """Return the fields of a published message that statements of one block declare, assign and publish.
+
+        Parameters
+        ----------
+        call : Node
+            ``publish(msg)``, ``publish(*msg)`` or ``publish(std::move(msg))``.
+        """
+        statement, given = call.parent, call.child_by_field_name("arguments")
+        name = None if given is None else _published(given)
+        if not self.is_plain or name is None or statement is None or self._declared(name) != 1:
+            return {}
+        block = statement.parent
+        found: dict[str, Node] = {}
+        changed: set[str] = set()
+        is_declared = False
+        for each in self._uses(name):
+            parent = each.parent
+            around = None if parent is None else parent.parent
+            if given is not None and given.start_byte <= each.start_byte < given.end_byte:
+                continue
+            if parent is None or around is None or self._is_inner(each) is not self._is_inner(call):
+                return {}
+            if parent.type in ("init_declarator", "declaration") and _is_declared_by(each, parent):
+                declaration = around if parent.type == "init_declarator" else parent
+                is_declared = declaration.parent == block and declaration.start_byte < call.start_byte
+                continue
+            field = _field(parent)
+            if field is None or parent.child_by_field_name("argument") != each:
+                return {}
+            if _is_left(parent, around):
+                is_before = around.parent is not None and around.parent.parent == block
+                if not is_before or around.start_byte > call.start_byte or field in found:
+                    changed.add(field)
+                value = around.child_by_field_name("right")
+                if value is not None:
+                    found[field] = value
+            elif not _is_read(parent):
+                changed.add(field)
+        return {field: value for field, value in found.items() if is_declared and field not in changed}
+
     def asks(self, line: int) -> bool:
         """Return whether a line has one request only."""
         found = [each for each in self._all if each.type == "call_expression" and line_of(each) == line]
@@ -221,6 +280,24 @@ def _is_base(node: Node) -> bool:
     if parent is None or parent.type != "field_expression" or parent.child_by_field_name("argument") != node:
         return False
     return text_of(parent.child_by_field_name("operator")) == "->"
+
+
+def _is_declared_by(name: Node, declaration: Node) -> bool:
+    return name in declaration.children_by_field_name("declarator")
+
+
+def _published(arguments: Node) -> str | None:
+    """Return the variable that ``publish`` gets as its only argument."""
+    given = [each for each in arguments.named_children if each.type != "comment"]
+    if len(given) != 1:
+        return None
+    (value,) = given
+    if value.type == "call_expression" and path_of(value.child_by_field_name("function")) == "std::move":
+        inner = value.child_by_field_name("arguments")
+        return None if inner is None else _published(inner)
+    if value.type == "pointer_expression":
+        value = value.child_by_field_name("argument") or value
+    return text_of(value) if value.type == "identifier" else None
 
 
 def _is_left(node: Node, parent: Node) -> bool:

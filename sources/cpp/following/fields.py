@@ -1,4 +1,4 @@
-"""Conditions on fields of responses in C++, and what callbacks of services give."""
+"""Conditions on fields of messages and responses in C++, and what callbacks publish and answer."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from dineros.sources.branches import (
     Give,
     Joined,
     Negated,
+    Received,
     Turns,
     conditions,
     constant,
@@ -28,7 +29,7 @@ from dineros.sources.cpp.following.calls import Calls
 from dineros.sources.cpp.following.expressions import named
 from dineros.sources.cpp.parsing import path_of, text_of
 from dineros.sources.cpp.values import Const, Frame, Made
-from dineros.sources.facts import CallbackFact
+from dineros.sources.facts import CallbackFact, Effect
 from dineros.sources.variables import Known
 
 if TYPE_CHECKING:
@@ -114,7 +115,7 @@ class Fields(Calls):
         at, known = self.place(left, frame), self._fixed(right, frame)
         test = self.condition(right, frame) if known is None else Anything()
         inner = test.condition if isinstance(test, Negated) else test
-        if known is not None or (isinstance(inner, Anything) and not isinstance(inner, Answered)):
+        if known is not None or (isinstance(inner, Anything) and not isinstance(inner, (Answered, Received))):
             self.block.append(Give(field, known, at))
         else:
             self.block.append(Branch(test, [Give(field, TRUE, at)], [Give(field, FALSE, at)]))
@@ -122,7 +123,7 @@ class Fields(Calls):
     def body_of(self, fact: CallbackFact, routine: Node | None) -> Block | None:
         """Return the branches of a callback that has been read; None: not known, or no field decides."""
         block = self.block
-        asks = any(isinstance(each, Answered) for one in conditions(block) for each in parts(one))
+        asks = any(isinstance(each, (Answered, Received)) for one in conditions(block) for each in parts(one))
         gives = [each for each in walk(block) if isinstance(each, Give)]
         if self.is_lost or not (asks or gives):
             return None
@@ -139,8 +140,16 @@ class Fields(Calls):
                     each.value = None
         return block
 
-    def _compared(self, asked: Node, value: Node, frame: Frame) -> Answered | None:
-        """Return the condition that a field of a response has a value; None: something else is compared."""
+    def sends(self, effect: Effect, call: Node, frame: Frame, *, is_new: bool) -> None:
+        """Record the fields of a published message that have one value each time."""
+        nodes = {} if frame.routine is None else self._text(frame.routine).sent(call)
+        values = {name: self._fixed(value, frame) for name, value in nodes.items()}
+        known = {name: value for name, value in values.items() if value is not None}
+        before = known if is_new else effect.sends
+        effect.sends = {name: value for name, value in before.items() if known.get(name) == value}
+
+    def _compared(self, asked: Node, value: Node, frame: Frame) -> Answered | Received | None:
+        """Return the condition that a field of a message or response has a value; None: of something else."""
         while asked.type == "parenthesized_expression" and len(named(asked)) == 1:
             asked = named(asked)[0]
         found = self._field_asked(asked, frame) if asked.type == "field_expression" else None
@@ -150,11 +159,15 @@ class Fields(Calls):
         found.values = frozenset((known,))
         return found
 
-    def _field_asked(self, node: Node, frame: Frame) -> Answered | None:
-        """Return the condition that a field of a response is true; None: of something else."""
+    def _field_asked(self, node: Node, frame: Frame) -> Answered | Received | None:
+        """Return the condition that a field of a message or a response is true; None: of something else."""
         if frame.routine is None:
             return None
         text = self._text(frame.routine)
+        if self.role == "subscription" and len(self.calls) == 1 and self.entity is not None:
+            is_own = self.entity.callbacks.get("callback") is self.fact
+            if is_own and text.asked_message(node):
+                return Received(name=text_of(node.child_by_field_name("field")), at=self.place(node, frame))
         future = text.asked_future(node)
         if future is None:
             return None

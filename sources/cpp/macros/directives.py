@@ -124,11 +124,8 @@ def without_dead(text: str) -> str:
                 stack[-1] = (stack[-1][0], not stack[-1][0])
             elif stack and which == "endif":
                 is_fixed = stack.pop()[0] is not None
-        if (
-            is_fixed
-            or not is_read
-            and not (found and found[1] in ("else", "elif", "endif") and all(e for _, e in stack))
-        ):
+        is_end = found is not None and not found[1].startswith("if") and all(each for _, each in stack)
+        if is_fixed or not (is_read or is_end):
             lines[number] = " " * len(line)
     return "\n".join(lines)
 
