@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from dineros.sources.cpp.following.durations import FOREVER
-from dineros.sources.cpp.values import Const, Either, Made, Open, Value, constant, is_quality, shown
+from dineros.sources.cpp.values import FOREVER, Const, Either, Made, Open, Value, constant, is_quality, shown
 from dineros.sources.facts import is_open
 
 Profile = dict[str, Any]

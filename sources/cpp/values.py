@@ -24,6 +24,10 @@ class Const(Value):
     value: Any
 
 
+FOREVER = 1e8
+"""Seconds from which on a time-out counts as none, such as ``std::chrono::hours::max()``."""
+
+
 @dataclass(frozen=True)
 class Seconds(Value):
     """A duration."""

@@ -182,7 +182,17 @@ FOLDERS = {
         *("making", "left_out", "ports", "doing", "replaced", "programs"),
     ],
     "sources/cpp/interpreting": [
-        *("parameters", "naming", "groups", "lists", "formatting", "generated", "loading", "transforms"),
+        *(
+            "parameters",
+            "naming",
+            "groups",
+            "lists",
+            "deferring",
+            "formatting",
+            "generated",
+            "loading",
+            "transforms",
+        ),
     ],
     "sources/cpp/following": [
         *(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from dineros.sources.cpp.values import Const, Either, Open, Seconds, Value
+from dineros.sources.cpp.values import FOREVER, Const, Either, Open, Seconds, Value
 
 UNITS = {
     **{"hours": 3600.0, "minutes": 60.0, "seconds": 1.0, "milliseconds": 1e-3, "microseconds": 1e-6},
@@ -12,9 +12,6 @@ UNITS = {
     **{"milli": 1e-3, "micro": 1e-6, "nano": 1e-9},
 }
 """Seconds of units of durations."""
-
-FOREVER = 1e8
-"""Seconds from which on a time-out counts as none, such as ``std::chrono::hours::max()``."""
 
 
 def duration(path: str, template: str, args: list[Value]) -> Value | None:
