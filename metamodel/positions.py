@@ -4,9 +4,17 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import Protocol
 
 from dineros.metamodel.base import EObject
 from dineros.metamodel.errors import Location
+
+
+class Lines(Protocol):
+    """A text that knows its lines."""
+
+    def location_at(self, at: int) -> Location:
+        """Return file, line and column of a position in the text, from 0."""
 
 
 def remember(element: EObject, location: Location) -> None:
@@ -15,12 +23,20 @@ def remember(element: EObject, location: Location) -> None:
     element.__dict__["_location"] = location
 
 
+def remember_at(element: EObject, text: Lines, at: int) -> None:
+    """Note the position of an element in a text; line and column are looked up when they are asked for."""
+    element.__dict__["_location"] = (text, at)
+
+
 def location_of(element: EObject | None) -> Location | None:
     """Return where an element stands, or the nearest container that knows; None for what Python made."""
     while element is not None:
-        location: Location | None = element.__dict__.get("_location")
-        if location is not None:
-            return location
+        known: Location | tuple[Lines, int] | None = element.__dict__.get("_location")
+        if isinstance(known, tuple):
+            text, at = known
+            return text.location_at(at)
+        if known is not None:
+            return known
         element = element.eContainer()
     return None
 

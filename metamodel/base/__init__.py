@@ -204,18 +204,23 @@ def initialise(self: EObject, **features: Any) -> None:
         A value does not fit its feature's type.
     """
     plan = _plan_of(type(self))
+    held = self.__dict__
+    later = []
     for name, value in features.items():
-        if name not in plan:
+        known = plan.get(name)
+        if known is None:
             refuse_unknown(self, name, value)
-    for name, (feature, default, type_of_attribute) in plan.items():
-        value = features.get(name)
-        if value is None:
+        elif value is None or value is known[2]:
             continue
-        if value.__class__ is type_of_attribute:  # it fits, and there are no listeners to a new object
-            if value != default:
-                self.__dict__[name] = value
-                self._isset[feature] = None  # type: ignore[attr-defined] # pyecore's
-        elif default is _MANY or default is _ONE:
+        elif value.__class__ is known[3]:  # it fits, and there are no listeners to a new object
+            if value != known[2]:
+                held[name] = value
+                held["_isset"][known[1]] = None
+        else:
+            later.append((known, name, value))
+    later.sort()  # by their turns, each of which is there once
+    for (_, feature, default, _), name, value in later:
+        if default is _MANY or default is _ONE:
             try:
                 if default is _MANY:
                     getattr(self, name).extend(value)
@@ -228,16 +233,28 @@ def initialise(self: EObject, **features: Any) -> None:
 
 
 @remembered
-def _plan_of(cls: type[EObject]) -> dict[str, tuple[Any, object, type | None]]:
-    """Return each feature of a model class, its default, and the Python class of an attribute's values."""
+def _plan_of(cls: type[EObject]) -> dict[str, tuple[int, Any, object, type | None]]:
+    """Return of each feature of a model class its turn, itself, its default, and the class of its values.
+
+    Attributes come before references. The class is that of Python, None for other features than attributes.
+    """
+    features = sorted(features_of(cls).items(), key=lambda item: item[1].is_reference)
     return {
         name: (
+            turn,
             feature,
             feature.get_default_value() if feature.is_attribute else _MANY if feature.many else _ONE,
-            feature._eType.eType if type(feature._eType) is EDataType else None,
+            _class_of_values(feature),
         )
-        for name, feature in sorted(features_of(cls).items(), key=lambda item: item[1].is_reference)
+        for turn, (name, feature) in enumerate(features)
     }
+
+
+def _class_of_values(feature: Any) -> type | None:
+    """Return the Python class of all values of an attribute, None if another test must decide."""
+    if type(feature._eType) is EDataType:
+        return cast("type | None", feature._eType.eType)
+    return None
 
 
 def notify_listeners(changed: Any, notification: object) -> None:

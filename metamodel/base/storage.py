@@ -4,14 +4,16 @@ pyecore wraps each value of each object and prepares a notification for each cha
 mostly useless: most objects are new and have no listeners. Here
 
 * an attribute is stored directly in the `__dict__` of its object, so that Python reads it itself;
+* what pyecore gives each object and most never need (listeners, inverse relations) is made when first read;
 * a reference is connected to its opposite and its container in few steps if the objects are not connected
   yet and have no listeners. In all other cases pyecore does it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from functools import cache
+import gc
+from collections.abc import Callable, Collection, Iterable, Iterator
+from functools import cache, partial
 from typing import TYPE_CHECKING, Any, NamedTuple, dataclass_transform
 
 from pyecore.ecore import EAttribute, EReference
@@ -36,6 +38,13 @@ else:
         def __init__(self, name: str, bases: tuple[type, ...], namespace: dict[str, Any]) -> None:
             super().__init__(name, bases, namespace)
             self.__new__ = staticmethod(new_object)
+            self._staticEClass = _Static()
+            self.dyn_inst = _Dynamic()
+            self.allInstances = staticmethod(partial(_instances_of, self))
+            for key in ("_internal_id", "_container", "_containment_feature", "_eresource"):
+                setattr(self, key, None)
+            for key, make in (("listeners", list), ("_eternal_listener", list), ("_inverse_rels", set)):
+                setattr(self, key, _Lazy(key, make))
             for key, feature in namespace.items():
                 if isinstance(feature, EAttribute):
                     setattr(self, key, _Attribute(feature))
@@ -137,40 +146,73 @@ def _facts(feature: Any) -> _Facts:
 class _Held(EValue):
     """The object that pyecore expects in the `__dict__` of an object for a single-valued reference."""
 
+    is_ref = True
+    generic_type = None
+
     def __init__(self, owner: Any, feature: Any, containment: bool, value: object) -> None:
         self.owner = owner
         self.feature = feature
-        self.is_ref = True
         self.is_cont = containment
-        self.generic_type = None
         self._value = value
 
 
+class _Lazy:
+    """Makes the value of an attribute of pyecore when it is first read; the `__dict__` takes precedence."""
+
+    __slots__ = ("_make", "_name")
+
+    def __init__(self, name: str, make: Callable[[], object]) -> None:
+        self._name = name
+        self._make = make
+
+    def __get__(self, instance: Any, owner: type) -> object:
+        if instance is None:
+            raise AttributeError(f"type object {owner.__name__!r} has no attribute {self._name!r}")
+        made = instance.__dict__[self._name] = self._make()
+        return made
+
+
+class _Static:
+    """Tells pyecore that a class is one of a metamodel, and that an object of it is not."""
+
+    def __get__(self, instance: object, owner: type) -> bool:
+        return instance is None
+
+
+class _Dynamic:
+    """Gives the object of pyecore that stands for a class, or an object itself."""
+
+    def __get__(self, instance: object, owner: Any) -> object:
+        return owner.eClass if instance is None else instance
+
+
+def _instances_of(cls: type, resources: Collection[object] | None = None) -> Iterator[Any]:
+    """Yield the living objects of a class, in some resources if they are given: pyecore's `allInstances`.
+
+    pyecore keeps a weak reference to each object for it, which here would be a tenth of the reading time.
+    """
+    found: list[Any] = gc.get_objects()
+    for each in found:
+        is_one = isinstance(type(each), MetaEClass) and isinstance(each, cls)
+        if is_one and (not resources or each.eResource in resources):
+            yield each
+
+
 def new_object(cls: type, *_: object, **__: object) -> Any:
-    """Make an object with the attributes that pyecore gives it; the `__new__` of every model class."""
+    """Make an object with what pyecore needs of it at once; the `__new__` of every model class."""
     made: Any = object.__new__(cls)
-    made.__dict__.update(
-        _internal_id=None,
-        _isset=InternalSet(),
-        _container=None,
-        _containment_feature=None,
-        _eresource=None,
-        listeners=[],
-        _eternal_listener=[],
-        _inverse_rels=set(),
-        _staticEClass=False,
-        dyn_inst=made,
-    )
-    cls._instances.add(made)  # type: ignore[attr-defined]
+    made.__dict__["_isset"] = InternalSet()
     return made
 
 
 def is_heard(element: Any) -> bool:
     """Return whether an object, or the resource that contains it, has listeners to changes."""
-    if element.listeners or element._eternal_listener:
+    held = element.__dict__
+    if held.get("listeners") or held.get("_eternal_listener"):
         return True
-    while element._container is not None:
-        element = element._container
+    while (container := held.get("_container")) is not None:
+        element = container
+        held = element.__dict__
     return element._eresource is not None
 
 
@@ -204,16 +246,17 @@ def set_reference(element: Any, feature: Any, value: Any) -> None:
         The value does not fit the type of the reference.
     """
     facts = _facts(feature)
-    held = element.__dict__.get(facts.name)
+    own = element.__dict__
+    held = own.get(facts.name)
     is_simple = not facts.container and (held is None or held._value is None)
     if value is None or not is_simple or is_heard(element) or not _link(element, feature, facts, value):
         feature.__set__(element, value)
-    elif held is None:
-        element.__dict__[facts.name] = _Held(element, feature, facts.containment, value)
-        element._isset[feature] = None
+        return
+    if held is None:
+        own[facts.name] = _Held(element, feature, facts.containment, value)
     else:
         held._value = value
-        element._isset[feature] = None
+    own["_isset"][feature] = None
 
 
 def _link(element: Any, feature: Any, facts: _Facts, value: Any) -> bool:
@@ -233,16 +276,19 @@ def _link(element: Any, feature: Any, facts: _Facts, value: Any) -> bool:
     if is_heard(value):
         return False
     own = value.__dict__
-    if facts.containment and own["_container"] is not None:
+    if facts.containment and own.get("_container") is not None:
         return False
     opposite = facts.opposite
     if opposite is None:
-        own["_inverse_rels"].add((element, feature))
+        value._inverse_rels.add((element, feature))
     elif facts.opposite_many:
         members = own.get(opposite._name)
         if members is None:
             members = own[opposite._name] = ObjectSet(value, opposite)
-        members.insert_quietly(element)
+        if element not in members.map:
+            members.map[element] = len(members.items)
+            members.items.append(element)
+        own["_isset"][opposite] = None
     else:
         held = own.get(opposite._name)
         if held is None:
@@ -261,13 +307,14 @@ def _link(element: Any, feature: Any, facts: _Facts, value: Any) -> bool:
 class ObjectSet(EOrderedSet):
     """The value of a many-valued reference: an ordered set of objects."""
 
+    is_ref = True
+    generic_type = None
+    _orderedset_update = False
+
     def __init__(self, owner: Any, feature: Any) -> None:
         self.owner = owner
         self.feature = feature
-        self.is_ref = True
         self.is_cont = _facts(feature).containment
-        self.generic_type = None
-        self._orderedset_update = False
         self.items: list[Any] = []
         self.map: dict[Any, int] = {}
 
@@ -302,8 +349,13 @@ class ObjectSet(EOrderedSet):
         if is_heard(self.owner):
             super().update(values)
             return
+        facts, owner, known = _facts(self.feature), self.owner, self.map
         for value in values:
-            self.add(value)
-        self.owner._isset[self.feature] = None
+            if facts.containment and value not in known and _link(owner, self.feature, facts, value):
+                known[value] = len(self.items)
+                self.items.append(value)
+            else:
+                self.add(value)
+        owner._isset[self.feature] = None
 
     extend = update

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import cProfile
+import tracemalloc
 from pathlib import Path
 from typing import Any
 
@@ -156,3 +157,29 @@ def test_a_large_net_takes_few_steps_to_read_and_validate(tmp_path: Path) -> Non
     net = profile.runcall(load, path)
     assert profile.runcall(validate, net) == []
     assert sum(entry.callcount for entry in profile.getstats()) < 200 * len(list(elements(net)))
+
+
+def test_a_large_net_takes_little_memory(tmp_path: Path) -> None:
+    """What most objects never need is not made: 2100 bytes an element with all that pyecore makes."""
+    count = 300
+    path = tmp_path / "large.net"
+    lines = [f"tr t{each} p{each} -> p{each + 1}" for each in range(count)]
+    path.write_text("\n".join(lines), encoding="utf-8")
+    load(path)
+    tracemalloc.start()
+    net = load(path)
+    size, _ = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert size < 1700 * len(list(elements(net)))
+
+
+def test_what_pyecore_expects_of_objects_is_there_when_it_asks() -> None:
+    place = pn.Place(id="p")
+    assert (place.listeners, place._eternal_listener, place._inverse_rels) == ([], [], set())  # type: ignore[attr-defined]
+    assert place.listeners is place.listeners  # type: ignore[attr-defined]
+    assert place.dyn_inst is place  # type: ignore[attr-defined]
+    assert pn.Place.dyn_inst is pn.Place.eClass  # type: ignore[attr-defined]
+    assert (place._staticEClass, pn.Place._staticEClass) == (False, True)  # type: ignore[attr-defined]
+    assert not hasattr(pn.Place, "listeners")
+    assert place in list(pn.Place.allInstances())  # type: ignore[attr-defined]
+    assert place not in list(pn.Transition.allInstances())  # type: ignore[attr-defined]

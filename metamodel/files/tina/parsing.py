@@ -133,8 +133,12 @@ class Text:
 
     def location(self, token: Token) -> Location:
         """Return file, line and column of a token."""
-        line = self.line(token)
-        return Location(self.path, line, token.at - self._lines[line - 1] + 1)
+        return self.location_at(token.at)
+
+    def location_at(self, at: int) -> Location:
+        """Return file, line and column of a position in the text, from 0."""
+        line = bisect_right(self._lines, at)
+        return Location(self.path, line, at - self._lines[line - 1] + 1)
 
     def error(self, token: Token, message: str, hint: str | None = None) -> ModelFileError:
         """Return an error about a token, to be raised."""

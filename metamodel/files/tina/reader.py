@@ -13,9 +13,10 @@ from dineros.metamodel.errors import ModelFileError, near_matches
 from dineros.metamodel.files.exact import exact_number, fraction_of, nearest
 from dineros.metamodel.files.schema import read_integer
 from dineros.metamodel.files.tina.parsing import FACTORS, Arc, Declaration, Parser, Text, Token
-from dineros.metamodel.positions import remember
+from dineros.metamodel.positions import remember_at
 
 _BLANK = re.compile(r"\s")
+_NORMAL = pn.ArcKind.normal
 _ROLES = {"?": pn.ArcKind.read, "?-": pn.ArcKind.inhibitor}
 
 
@@ -58,7 +59,7 @@ class _TinaReader:
             if isinstance(declaration, Declaration):
                 self._node(declaration)
             elif declaration.kind == "net":
-                (self._name,) = declaration.names
+                self._title(declaration.names[0])
             elif declaration.kind == "lb":
                 labels.append(declaration.names)
             elif declaration.kind == "pr":
@@ -73,6 +74,12 @@ class _TinaReader:
                     node.token, f"{name!r} is a place and a transition", "rename one of them"
                 )
         return self._net()
+
+    def _title(self, name: Token) -> None:
+        if self._name is not None:
+            lines = f"on lines {self._text.line(self._name)} and {self._text.line(name)}"
+            raise self._text.error(name, f"the net has two names, {lines}", "a file holds one net")
+        self._name = name
 
     # Summing up ----------------------------------------------------------------------------------------
 
@@ -190,8 +197,9 @@ class _TinaReader:
                     earliest=low, latest=high, earliestExcluded=low_open, latestExcluded=high_open
                 )
             transitions[name] = self._placed(transition, node.token)
-        page.objects.extend([*places.values(), *transitions.values()])
+        # Arcs are joined to nodes first: what is on no page yet is quicker to join.
         page.arcs.extend(self._arcs(places, transitions, identifiers))
+        page.objects.extend([*places.values(), *transitions.values()])
         for higher, lower in self._priorities:
             first = transitions[self._known(higher, self._transitions).token.plain]
             first.overrides.append(transitions[self._known(lower, self._transitions).token.plain])
@@ -211,8 +219,8 @@ class _TinaReader:
                 if weight < 1:
                     continue  # what it takes already asks for as much as it reads
                 source, target = (transition, place) if kind == ">" else (place, transition)
-                role = _ROLES.get(kind, pn.ArcKind.normal)
-                suffix = "" if role is pn.ArcKind.normal else f"-{role}"
+                role = _ROLES.get(kind, _NORMAL)
+                suffix = "" if role is _NORMAL else f"-{role}"
                 arc = pn.Arc(
                     id=identifiers(f"{source.id}-{target.id}{suffix}"),
                     source=source,
@@ -224,7 +232,7 @@ class _TinaReader:
         return made
 
     def _placed(self, element: Any, token: Token) -> Any:
-        remember(element, self._text.location(token))
+        remember_at(element, self._text, token.at)
         return element
 
     def _known(self, token: Token, nodes: dict[str, _Node]) -> _Node:

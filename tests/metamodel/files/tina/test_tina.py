@@ -212,6 +212,7 @@ def test_declarations_may_share_a_line() -> None:
         ("pr t u", "unexpected the end of the file (expected <, >, a name)"),
         ("pr > u", "1:4: unexpected '>' (expected a name)"),
         ("pl p (1)\npl p (2)", "2:7: place 'p' has two markings, on lines 1 and 2"),
+        ("net a\npl p\nnet b", "3:5: the net has two names, on lines 1 and 3 (a file holds one net)"),
         ("nt n 2 {a note}", "1:6: a note has the number 0 or 1 between its name and text"),
         ("tr t [1,2] p -> q\n\ntr t [1,3]", "transition 't' has two intervals, on lines 1 and 3"),
     ],
