@@ -15,7 +15,7 @@ from dineros.metamodel.json_text import decode_json
 KIND = "dineros-baseline"
 _HINT = "write one with 'dineros check MODEL --write-baseline FILE'"
 
-Key = tuple[str, tuple[str, ...]]
+Key = tuple[str, tuple[str, ...], str]
 
 
 class BaselineError(DinerosError):
@@ -26,19 +26,20 @@ class Baseline:
     """Findings that are known.
 
     A finding is known if the baseline has one with the same rule and the same elements that was at least as
-    severe. Names of files, messages, witnesses and the order of findings and elements do not matter. Where
-    the baseline has a finding once, only one of several equal ones is known.
+    severe; one about a property, only if the property had the same text. Names of files, messages, witnesses
+    and the order of findings and elements do not matter. Where the baseline has a finding once, only one of
+    several equal ones is known.
 
     Parameters
     ----------
-    findings : iterable of (str, str, iterable of str)
-        Rule, severity and ids of the elements of each finding.
+    findings : iterable of (str, str, iterable of str, str)
+        Rule, severity, ids of the elements, and text of the property, of each finding.
     """
 
-    def __init__(self, findings: Iterable[tuple[str, str, Iterable[str]]]) -> None:
+    def __init__(self, findings: Iterable[tuple[str, str, Iterable[str], str]]) -> None:
         self._severities: dict[Key, list[int]] = {}
-        for rule, severity, elements in findings:
-            self._severities.setdefault(_key(rule, elements), []).append(_rank(severity))
+        for rule, severity, elements, question in findings:
+            self._severities.setdefault(_key(rule, elements, question), []).append(_rank(severity))
 
     @classmethod
     def read(cls, path: Path) -> Baseline:
@@ -67,7 +68,7 @@ class Baseline:
         left = {key: sorted(ranks) for key, ranks in self._severities.items()}
 
         def is_known(finding: Finding) -> bool:
-            ranks = left.get(_key(finding.rule, finding.elements), [])
+            ranks = left.get(_key(finding.rule, finding.elements, finding.question), [])
             if ranks and ranks[-1] >= _rank(finding.severity):
                 ranks.pop()
                 return True
@@ -106,13 +107,14 @@ def to_baseline(report: Report) -> dict[str, Any]:
                 "severity": finding.severity,
                 "elements": list(finding.elements),
                 "message": finding.message,
+                **({"question": finding.question} if finding.question else {}),
             }
             for finding in findings
         ],
     }
 
 
-def _findings(content: Any) -> Iterator[tuple[str, str, list[str]]]:
+def _findings(content: Any) -> Iterator[tuple[str, str, list[str], str]]:
     if "runs" in content:
         for run in content["runs"]:
             for result in run["results"]:
@@ -120,20 +122,23 @@ def _findings(content: Any) -> Iterator[tuple[str, str, list[str]]]:
                     yield _of_sarif(result)
                     for each in result.get("properties", {}).get("consequences", ()):
                         names = [_text(name) for name in each["elements"]]
-                        yield _text(each["ruleId"]), _text(each["level"]), names
+                        question = _text(each.get("question", ""))
+                        yield _text(each["ruleId"]), _text(each["level"]), names, question
         return
     told = [*content["findings"], *content.get("known", ())]
     for entry in [*told, *(each for cause in told for each in cause.get("consequences", ()))]:
-        yield _text(entry["rule"]), _text(entry["severity"]), [_text(each) for each in entry["elements"]]
+        names = [_text(each) for each in entry["elements"]]
+        yield _text(entry["rule"]), _text(entry["severity"]), names, _text(entry.get("question", ""))
 
 
-def _of_sarif(result: dict[str, Any]) -> tuple[str, str, list[str]]:
+def _of_sarif(result: dict[str, Any]) -> tuple[str, str, list[str], str]:
     names = [
         _text(logical.get("fullyQualifiedName", logical["name"]))
         for location in result["locations"][:1]
         for logical in location.get("logicalLocations", ())
     ]
-    return _text(result["ruleId"]), _text(result["level"]), names
+    question = _text(result.get("properties", {}).get("question", ""))
+    return _text(result["ruleId"]), _text(result["level"]), names, question
 
 
 def _text(value: object) -> str:
@@ -142,8 +147,8 @@ def _text(value: object) -> str:
     return value
 
 
-def _key(rule: str, elements: Iterable[str]) -> Key:
-    return rule, tuple(sorted(elements))
+def _key(rule: str, elements: Iterable[str], question: str) -> Key:
+    return rule, tuple(sorted(elements)), " ".join(question.split())
 
 
 def _rank(severity: str) -> int:

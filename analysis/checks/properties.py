@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, ClassVar
 
@@ -119,7 +120,7 @@ class Properties(Question):
                 outcome = question.answer(budget, checked.orders)
             except FormulaError as error:
                 unreadable = self.UNREADABLE.found(str(property.id), property=shown, reason=error)
-                checked.report.findings.append(unreadable)
+                checked.report.findings.append(replace(unreadable, question=str(property.text)))
                 checked.told.add(_mark(property))
                 return
             if outcome.status != "unknown" or not is_first:
@@ -153,15 +154,14 @@ class Properties(Question):
             checked.report.proved.append(f"{shown} {how}: {property.text}{why}")
             return
         fault = self.HOLDS if does_hold else self.VIOLATED
-        checked.report.findings.append(
-            fault.found(
-                str(property.id),
-                witness=_witness(question, outcome),
-                property=shown,
-                text=property.text,
-                unless=_unless(checked, question, outcome),
-            )
+        found = fault.found(
+            str(property.id),
+            witness=_witness(question, outcome),
+            property=shown,
+            text=property.text,
+            unless=_unless(checked, question, outcome),
         )
+        checked.report.findings.append(replace(found, question=str(property.text)))
 
 
 def _unless(checked: Checked, question: Asked | AskedLatency, outcome: Outcome) -> str:

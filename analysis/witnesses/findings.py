@@ -72,6 +72,9 @@ class Finding:
         Of a consequence: the other causes that must be fixed, too, before it is gone.
     lines : tuple of str
         Lines of code, as ``file:line``, of a finding that code alone shows.
+    question : str
+        The text of the property that the finding is about; empty for the questions of every model. With
+        another text, it is another finding.
     """
 
     rule: str
@@ -84,6 +87,7 @@ class Finding:
     consequences: tuple[Finding, ...] = ()
     together: tuple[Finding, ...] = ()
     lines: tuple[str, ...] = ()
+    question: str = ""
 
     def to_dict(self) -> dict[str, Any]:
         """Return the finding for JSON."""
@@ -94,6 +98,8 @@ class Finding:
             "message": self.message,
             "witness": self.witness.to_dict() if self.witness else None,
         }
+        if self.question:
+            found["question"] = self.question
         if self.circle:
             found["circle"] = list(self.circle)
             found["waits"] = [wait.to_dict() for wait in self.waits]

@@ -142,18 +142,20 @@ def _result(finding: Finding, rules: list[str], places: _ElementLocations) -> di
     ]
     if related:
         result["relatedLocations"] = related
-    if finding.consequences:  # a baseline that is read from SARIF knows them, too
-        result["properties"] = {
-            "consequences": [
-                {
-                    "ruleId": each.rule,
-                    "level": each.severity,
-                    "elements": list(each.elements),
-                    **({"together": _named(each.together)} if each.together else {}),
-                }
-                for each in finding.consequences
-            ]
-        }
+    properties: dict[str, Any] = {"question": finding.question} if finding.question else {}
+    if finding.consequences:
+        properties["consequences"] = [
+            {
+                "ruleId": each.rule,
+                "level": each.severity,
+                "elements": list(each.elements),
+                **({"question": each.question} if each.question else {}),
+                **({"together": _named(each.together)} if each.together else {}),
+            }
+            for each in finding.consequences
+        ]
+    if properties:  # a baseline that is read from SARIF knows them, too
+        result["properties"] = properties
     if finding.witness is not None and finding.witness.steps:
         result["codeFlows"] = [{"threadFlows": [{"locations": _flow(finding.witness, places)}]}]
     return result
@@ -181,7 +183,8 @@ def _flow(witness: Witness, places: _ElementLocations) -> list[dict[str, Any]]:
 
 def _fingerprint(finding: Finding) -> str:
     """Return what identifies a finding, also after lines move or its message is reworded."""
-    return hashlib.sha256("\0".join((finding.rule, *finding.elements)).encode()).hexdigest()
+    parts = [finding.rule, *finding.elements, *([finding.question] if finding.question else [])]
+    return hashlib.sha256("\0".join(parts).encode()).hexdigest()
 
 
 class _ElementLocations:

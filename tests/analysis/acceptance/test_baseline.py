@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -59,7 +60,9 @@ def test_each_format_knows_what_was_found_and_not_what_was_suppressed(tmp_path: 
 
 @pytest.mark.parametrize("format", ["json", "sarif"])
 def test_what_was_known_stays_known(tmp_path: Path, format: str) -> None:
-    report = Baseline([("queue-overflow", "error", ["Heard", "Chatter"])]).apply(Report([OVERFLOW, DEADLOCK]))
+    report = Baseline([("queue-overflow", "error", ["Heard", "Chatter"], "")]).apply(
+        Report([OVERFLOW, DEADLOCK])
+    )
     assert (report.findings, report.known) == ([DEADLOCK], [OVERFLOW])
     content = report.to_dict("m") if format == "json" else to_sarif(report, talker(), Path("m"))
     after = read(tmp_path / "known.json", content).apply(Report([OVERFLOW, DEADLOCK]))
@@ -77,7 +80,7 @@ def test_what_was_known_stays_known(tmp_path: Path, format: str) -> None:
     ],
 )
 def test_rule_elements_and_severity_decide(known: tuple[str, str, list[str]], is_new: bool) -> None:
-    after = Baseline([known]).apply(Report([DEADLOCK]))
+    after = Baseline([(*known, "")]).apply(Report([DEADLOCK]))
     assert (after.findings == [DEADLOCK]) == is_new
     assert after.gone == int(is_new and known[1] != "note")
 
@@ -85,7 +88,9 @@ def test_rule_elements_and_severity_decide(known: tuple[str, str, list[str]], is
 @given(FINDINGS, FINDINGS)
 def test_one_known_finding_stands_for_one(before: list[Finding], after: list[Finding]) -> None:
     """As many are known as can be matched one to one with no less severe ones of the same kind."""
-    report = Baseline((each.rule, each.severity, each.elements) for each in before).apply(Report(list(after)))
+    report = Baseline((each.rule, each.severity, each.elements, "") for each in before).apply(
+        Report(list(after))
+    )
     assert sorted(map(id, [*report.findings, *report.known])) == sorted(map(id, after))
     assert report.findings == [each for each in after if any(each is one for one in report.findings)]
 
@@ -136,3 +141,21 @@ def test_other_files_are_refused_in_one_line(tmp_path: Path, content: object) ->
         read(tmp_path / "other.json", content)
     assert "other.json" in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("format", ["baseline", "json", "sarif"])
+def test_a_property_with_another_text_is_another_question(tmp_path: Path, format: str) -> None:
+    """Spaces do not matter; the name of the property alone does not make it known."""
+    found = Finding("property-violated", "error", ("Few",), "Few does not hold", question="always A  <= 2")
+    report = Report([found])
+    content = {
+        "baseline": to_baseline(report),
+        "json": report.to_dict("m.xmi"),
+        "sarif": to_sarif(report, talker(), Path("m.xmi")),
+    }[format]
+    known = read(tmp_path / "known.json", content)
+    same = replace(found, question="always A <= 2", message="reworded")
+    changed = replace(found, question="always A <= 3")
+    assert known.apply(Report([same])).known == [same]
+    after = known.apply(Report([changed]))
+    assert (after.findings, after.known, after.gone) == ([changed], [], 1)
