@@ -26,6 +26,7 @@ from dineros.analysis.checks.clauses import Clauses
 from dineros.analysis.checks.goals import Goals
 from dineros.analysis.checks.matching import Matching
 from dineros.analysis.checks.overflow import Presence
+from dineros.analysis.checks.unused import NO_RETURN
 from dineros.analysis.model.subject import Subject, base_subject
 from dineros.analysis.nets.witness import WitnessError, replay
 from dineros.analysis.suggestions.changes import Changes, against_circle
@@ -34,7 +35,7 @@ from dineros.metamodel import pn, sym
 from dineros.metamodel.build import flow, here, inhibit
 from dineros.metamodel.callbacks.groups import callback_page_of, threads_of, works_on_goals
 from dineros.metamodel.clauses import remove_clause
-from dineros.metamodel.elements import channels, find, node_net_of, pages, resolve
+from dineros.metamodel.elements import channels, find, is_unseen, node_net_of, pages, resolve
 from dineros.metamodel.matching import mismatch
 from dineros.metamodel.settings import apply
 from dineros.transformations.language.copying import deep_copy
@@ -76,8 +77,13 @@ def fix_of(model: sym.SystemModel, finding: Finding, budget: Budget) -> Fix | No
     return None if find_fix is None else find_fix(model, finding, budget)
 
 
-def is_cause(finding: Finding) -> bool:
-    """Return whether a fault is of a kind that may have consequences."""
+def is_cause(model: pn.Net, finding: Finding) -> bool:
+    """Return whether a fault is of a kind that may have consequences.
+
+    A service that never returns is a cause where no node was seen that serves it; otherwise it has one.
+    """
+    if finding.rule == NO_RETURN.rule:
+        return is_unseen(node_net_of(find(model, finding.elements[0], sym.ServiceChannel).server.entry))
     return finding.rule in _FIXES
 
 
@@ -88,7 +94,12 @@ def is_effect(finding: Finding) -> bool:
 
 def is_proved(rule: str) -> bool:
     """Return whether a change is known to remove a fault of this kind: by a proof, or by its nature."""
-    return rule in (Callbacks.CIRCLE.rule, Matching.NOT_MATCHED.rule, Clauses.UNSATISFIABLE.rule)
+    return rule in (
+        Callbacks.CIRCLE.rule,
+        Matching.NOT_MATCHED.rule,
+        Clauses.UNSATISFIABLE.rule,
+        NO_RETURN.rule,
+    )
 
 
 def _against_mismatch(model: sym.SystemModel, finding: Finding, budget: Budget) -> Fix | None:
@@ -265,6 +276,16 @@ def _against_lost_request(model: sym.SystemModel, finding: Finding, budget: Budg
     return fix
 
 
+def _against_unserved(model: sym.SystemModel, finding: Finding, budget: Budget) -> Fix | None:
+    """Let the clients of a service that no seen node serves continue without a response."""
+
+    def fix(copied: sym.SystemModel) -> None:
+        for client in find(copied, finding.elements[0], sym.ServiceChannel).clients:
+            _end_call(client)
+
+    return fix
+
+
 def _against_endless(model: sym.SystemModel, finding: Finding, budget: Budget) -> Fix | None:
     """Provide what a callback waits for: a time-out in place of a response, otherwise a new transition."""
     witness = finding.witness
@@ -399,6 +420,7 @@ _FIXES: dict[str, Callable[[sym.SystemModel, Finding, Budget], Fix | None]] = {
     Presence.MISSED.rule: _against_absence,
     Presence.UNSERVED.rule: _against_lost_request,
     Presence.UNANSWERED.rule: _against_lost_request,
+    NO_RETURN.rule: _against_unserved,
     Callbacks.CIRCLE.rule: _against_waiting,
     Callbacks.ENDLESS.rule: _against_endless,
     Goals.UNHEARD.rule: _against_unheard,

@@ -45,9 +45,6 @@ from dineros.transformations.language.copying import deep_copy
 SHARE = 0.9
 """Part of the time that is left for asking again."""
 
-QUICK_SHARE = 0.8
-"""The share of it for what needs no search; that takes a few seconds of the processor at most."""
-
 FIX_SHARE = 0.6
 """The share of it for the search for a change that removes a cause."""
 
@@ -56,6 +53,9 @@ HIDDEN_SHARE = 0.6
 
 TOGETHER_SHARE = 0.5
 """Share of the remaining budget for the search for few causes that must be repaired together."""
+
+QUICK = "consequences that planned runs show"
+"""The stage of what needs no search; it begins again after each cause, so that answers are shown."""
 
 LEAST_SECONDS, TIMES = 30.0, 4.0
 """Without a limit of time, asking again may take so long, or so many times what the check took."""
@@ -98,7 +98,7 @@ def fold_consequences(
     """
     # Time may run out: errors first, as they explain more; what may itself be a consequence comes last.
     causes = sorted(
-        (each for each in report.findings if each.severity != "note" and is_cause(each)),
+        (each for each in report.findings if each.severity != "note" and is_cause(model, each)),
         key=lambda finding: (is_effect(finding), finding.severity != "error"),
     )
     if not isinstance(model, sym.SystemModel) or not causes:
@@ -108,11 +108,11 @@ def fold_consequences(
     )
 
 
-def _may_follow(report: Report) -> list[Finding]:
+def _may_follow(model: pn.Net, report: Report) -> list[Finding]:
     return [
         each
         for each in report.findings
-        if each.severity != "note" and (is_effect(each) or not is_cause(each))
+        if each.severity != "note" and (is_effect(each) or not is_cause(model, each))
     ]
 
 
@@ -131,7 +131,8 @@ class _Folding:
         self._budget = budget
         self._again = again
         self._is_timed = is_timed
-        self._left = _may_follow(report)
+        self._left = _may_follow(model, report)
+        self._all = list(report.findings)
         self._others: dict[int, tuple[Finding, ...]] = {}  # of a consequence, by its identity
 
     def fold(self, causes: Sequence[Finding]) -> None:
@@ -150,10 +151,14 @@ class _Folding:
         if fixed:
             folded = {id(each) for some in found.values() for each in some}
             self._fold_together([each for each in fixed if id(each[0]) not in folded], fixed, found)
+        self._put(found)
+
+    def _put(self, found: dict[int, list[Finding]]) -> None:
+        """Put what is known by now into the report, which may be printed at any time."""
         folded = {id(each) for some in found.values() for each in some}
-        order = {id(each): number for number, each in enumerate(self._report.findings)}
+        order = {id(each): number for number, each in enumerate(self._all)}
         first, others = [], []
-        for finding in self._report.findings:
+        for finding in self._all:
             consequences = sorted(found.get(id(finding), ()), key=lambda each: order[id(each)])
             if consequences:
                 named = [self._with_others(each) for each in consequences]
@@ -164,10 +169,12 @@ class _Folding:
 
     def _fold_quickly(self, causes: Sequence[Finding], found: dict[int, list[Finding]]) -> None:
         """List unused parts under causes, where changes and runs that need no search show them."""
-        budget = self._budget.share(QUICK_SHARE) if self._budget.left is not None else self._budget
-        for cause, gone in folded_quickly(self._model, causes, self._left, budget):
+        self._budget.stage(QUICK)
+        for cause, gone in folded_quickly(self._model, causes, self._left, self._budget):
             found[id(cause)] += gone
             self._left = [each for each in self._left if not _is_in(each, gone)]
+            self._put(found)
+            self._budget.stage(QUICK)
 
     def _with_others(self, consequence: Finding) -> Finding:
         return replace(consequence, together=self._others.get(id(consequence), ()))
@@ -256,6 +263,7 @@ class _Folding:
                 fixed.append((cause, fix))
                 with suppress(BudgetExceededError):
                     found[id(cause)] += self._gone([(cause, fix)], share)
+                    self._put(found)
             if found[id(cause)]:
                 self._left = [each for each in self._left if each is not cause]
         return out_of_time

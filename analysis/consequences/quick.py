@@ -22,8 +22,8 @@ from dineros.metamodel import sym
 from dineros.metamodel.constraints import validate
 from dineros.transformations.language.copying import deep_copy
 
-WALK_SECONDS = 5.0
-"""Seconds for walks after each change: enough for their first turn only."""
+WALK_SHARE, WALK_SECONDS = 0.8, 5.0
+"""Part of the time left that walks may take; seconds after each change, for their first turn only."""
 
 
 def folded_quickly(
@@ -53,10 +53,11 @@ def folded_quickly(
             fixed.append((cause, subject))
             if budget.is_over:
                 return
+    walking = budget.share(WALK_SHARE) if budget.left is not None else budget
     for cause, subject in fixed:
-        if not left or budget.is_over:
+        if not left or walking.is_over:
             return
-        used = used_in_runs(subject, left, budget.at_most(WALK_SECONDS))
+        used = used_in_runs(subject, left, walking.at_most(WALK_SECONDS))
         left = _without(left, used)
         if used:
             yield cause, used

@@ -53,7 +53,7 @@ if TYPE_CHECKING:
     from dineros.analysis.witnesses.findings import Finding, Report
     from dineros.metamodel import pn
 
-ASKED_SHARE = 0.85
+ASKED_SHARE = 0.8
 """Share of the time for the questions; the rest is for separating consequences from their causes."""
 
 

@@ -76,3 +76,21 @@ def test_a_change_after_which_the_circle_closes_is_not_taken() -> None:
     causes = [each for each in report.findings if each.rule == "callback-deadlock"]
     assert len(causes) == 1
     assert not list(folded_quickly(model, causes, report.findings, Budget().begun()))
+
+
+def test_the_report_is_folded_as_far_as_it_is_when_time_runs_out() -> None:
+    """What is printed at the limit of time is the report as it is then, and is already folded."""
+    model = unheard(program("same_group"))
+    report = check(model)
+    begun: list[str] = []
+
+    def stage(name: str) -> None:
+        begun.append(name)
+        if begun.count(folding.QUICK) == 3:  # two causes have been looked at
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        fold_consequences(model, report, Budget(seconds=600, stages=stage).begun())
+    found = consequences(report.findings)
+    assert found["callback-deadlock"] == ["NoteLevel"]
+    assert "Log" in found["ports-not-matched"]

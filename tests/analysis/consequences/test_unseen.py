@@ -4,13 +4,18 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from dineros.analysis.answers.budget import Budget
 from dineros.analysis.checks.check import check
+from dineros.analysis.consequences.cause_fixes import is_cause
 from dineros.analysis.consequences.durations import left_to_durations
+from dineros.analysis.consequences.folding import fold_consequences
 from dineros.analysis.consequences.unseen import about_seen
 from dineros.analysis.witnesses.findings import Finding, Report
-from dineros.metamodel.elements import is_unseen, node_nets, nodes
+from dineros.metamodel import sym
+from dineros.metamodel.elements import find, is_unseen, node_net_of, node_nets, nodes
 from dineros.observation.importing.building import to_model
 from dineros.observation.systems import Endpoint, ObservedNode, ObservedSystem, TopicEndpoint
+from examples.callbacks.models import battery
 
 ROBOT = ObservedNode(
     "/robot",
@@ -65,3 +70,28 @@ def test_a_node_of_parameters_only_has_nothing_that_could_be_dead() -> None:
     model = to_model(ObservedSystem("code", (ROBOT, ObservedNode("/settings")), is_partial=True)).model
     assert "settings" in [node.id for node in node_nets(model)]
     assert "dead-node-net" not in {each.rule for each in check(model).findings}
+
+
+def test_what_waits_for_a_service_that_no_node_serves_is_its_consequence() -> None:
+    """A callback that waits for it never ends: that is not a second cause."""
+    model = battery()
+    page = find(model, "OnLevel", sym.CallbackPage)
+    does = find(model, "Measure", sym.Transition)
+    does.outgoing[0].target = sym.Place(id="Unanswered", page=page)
+    server = node_net_of(page)
+    assert server is not None
+    server.assumed = "node"
+    report = check(model)
+    before = {each.rule for each in serious(report)}
+    assert {"callback-never-ends", "service-never-returns", "dead-transition"} <= before
+    fold_consequences(model, report, Budget(seconds=600).begun())
+    report = about_seen(model, report)
+    (cause,) = serious(report)
+    assert (cause.rule, cause.elements) == ("service-never-returns", ("Level",))
+    assert {each.elements[0] for each in cause.consequences} >= {"OnTimer", "NoteLevel"}
+
+
+def test_a_service_whose_server_was_seen_is_not_a_cause() -> None:
+    model = battery()
+    finding = Finding("service-never-returns", "error", ("Level",), "it never returns")
+    assert not is_cause(model, finding)
