@@ -44,19 +44,15 @@ def refuse_output(output: Path, formats: Sequence[str], what: str = "to convert 
         )
 
 
-def make_folder(folder: Path) -> None:
-    """Create a folder if it does not exist.
+def refuse_file(folder: Path) -> None:
+    """Check that a folder to write to is not a file.
 
     Raises
     ------
     ModelFileError
-        It is a file, or cannot be created.
+        It is.
     """
     from dineros.metamodel.errors import Location, ModelFileError
 
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except FileExistsError as error:
-        raise ModelFileError("is a file", location=Location(folder), hint="name a folder") from error
-    except OSError as error:
-        raise ModelFileError(f"cannot be made: {error.strerror}", location=Location(folder)) from error
+    if folder.exists() and not folder.is_dir():
+        raise ModelFileError("is a file", location=Location(folder), hint="name a folder")

@@ -52,6 +52,7 @@ LIMITS = {
     "threads": Limit("threads", 64, 1_000, "threads of a node net"),
     "elements": Limit("elements", None, 200_000, "what the rules make, and a running node net"),
     "points": Limit("points", None, 100_000, "a sweep"),
+    "topics": Limit("topics", None, 10_000, "a recording"),
     "unpacking": Limit("times its size", None, 100, "what a recording unpacks to, beyond 64 MiB"),
 }
 """All limits, by name. `tokens` and `weight` are for models whose tokens carry data, not for plain nets."""

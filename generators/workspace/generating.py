@@ -22,6 +22,7 @@ from dineros.generators.workspace.planning import Options, plan
 from dineros.metamodel import sym
 from dineros.metamodel.errors import Location
 from dineros.metamodel.files.confined import ConfinedFolder
+from dineros.metamodel.files.whole_folders import whole_folder
 
 
 class EditedError(WorkspaceError):
@@ -68,12 +69,16 @@ def generate(model: sym.SystemModel, workspace: Path, options: Options) -> Compa
     DinerosError
         The model's names collide in ROS, a template has an error, or a developer's file is not Python;
         nothing is written.
+    ModelFileError
+        A file cannot be written. A new workspace is then not there; an existing one has old and new files,
+        each complete, and the next generation completes it.
     """
     known = read_manifest(workspace)
     comparison = compare(workspace, plan(model, workspace, options, known), known)
     if comparison.edits:
         raise EditedError(comparison.edits, workspace)
-    _write(workspace, comparison, known)
+    with whole_folder(workspace) as folder:
+        _write(folder, comparison, known)
     return comparison
 
 

@@ -20,13 +20,13 @@ from dineros.metamodel.errors import DinerosError, Location
 from dineros.metamodel.files.reading import LFS_HINT, LFS_POINTER, open_plain
 from dineros.metamodel.limits import hint, most
 from dineros.observation.recordings.errors import RecordingError
+from dineros.observation.recordings.packing import pieces
 
 UNPACKED = 64 << 20
 """Unpacked bytes that every recording may have; a large one may have its size times the limit `unpacking`."""
 FREE_SHARE = 0.5
 """Share of the free space in the folder for temporary files that an unpacked file may use."""
 
-_PIECE = 1 << 20
 _SMALL = 1 << 16
 
 
@@ -160,16 +160,14 @@ def unpacked(file: StoredFile, bytes_left: int) -> Iterator[StoredFile]:
     DinerosError
         It would become larger, or there is not enough space.
     """
-    from backports import zstd
-
     location = Location(file.path)
     folder = tempfile.gettempdir()
     status = os.statvfs(folder)
     room = int(status.f_bavail * status.f_frsize * FREE_SHARE)
     with tempfile.TemporaryFile(dir=folder) as made:
         size = 0
-        with file.open() as packed, zstd.open(packed, "rb") as content:
-            while piece := content.read(_PIECE):
+        with file.open() as packed:
+            for piece in pieces(packed, "zstd", file.size):
                 size += len(piece)
                 if size > bytes_left:
                     raise too_large(location)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from rosbags.interfaces import Qos
 
 METADATA = "metadata.yaml"
-METADATA_LIMIT = 4 * 1024 * 1024
+METADATA_LIMIT = 2 * 1024 * 1024
 """Limit of the bytes of the file; recorders write a few kilobytes."""
 NEWEST = 9
 """The newest known version of the file."""

@@ -19,6 +19,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, NamedTuple, Self
 
 from dineros.metamodel.errors import DinerosError, Location, counted
+from dineros.metamodel.limits import exceeds
 from dineros.observation.recordings.errors import RecordingError
 from dineros.observation.recordings.metadata import METADATA, Metadata, read_metadata
 from dineros.observation.systems import (
@@ -301,6 +302,9 @@ class Recording:
             told.by_metadata = (told.by_metadata or 0) + topic.count
             told.types = told.types or {topic.type}
             told.offered = told.offered or topic.offered
+        too_many = exceeds("topics", len(self._told), "holds")
+        if too_many is not None:
+            raise self.error(too_many.message, too_many.hint)
 
     def _compare_counts(self) -> None:
         """Reject a recording that declares more messages than its files hold.

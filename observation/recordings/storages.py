@@ -20,6 +20,7 @@ from rosbags.rosbag2.metadata import parse_qos
 from dineros.metamodel.errors import Location
 from dineros.observation.recordings.errors import RecordingError
 from dineros.observation.recordings.files import StoredFile, most_unpacked, too_large
+from dineros.observation.recordings.packing import pieces
 from dineros.observation.recordings.plain_yaml import loaded
 
 if TYPE_CHECKING:
@@ -112,16 +113,13 @@ class _Mcap(storage_mcap.McapReader):
 
 
 def _unpacked(data: bytes, kind: str, size: int) -> bytes:
-    """Return the unpacked data, at most one byte more than expected."""
-    if kind == "lz4":
-        import lz4.frame  # type: ignore[import-untyped]
-
-        with lz4.frame.open(BytesIO(data)) as lz4_content:
-            return bytes(lz4_content.read(size + 1))
-    from backports import zstd
-
-    with zstd.open(BytesIO(data), "rb") as content:
-        return content.read(size + 1)
+    """Return the unpacked data; where there is more than expected, at most a MiB of it."""
+    made = bytearray()
+    for piece in pieces(BytesIO(data), kind, len(data)):
+        made += piece
+        if len(made) > size:
+            break
+    return bytes(made)
 
 
 def unpacked_messages(messages: Iterator[Stored], most: int, path: Path) -> Iterator[Stored]:

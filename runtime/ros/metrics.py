@@ -10,6 +10,7 @@ from __future__ import annotations
 import contextlib
 import socket
 import threading
+import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -19,7 +20,7 @@ from dineros.runtime.ros.process.session import LOG
 HOST = "127.0.0.1"
 CONTENT_TYPE = "text/plain; version=0.0.4; charset=utf-8"
 PATIENCE = 5.0
-"""Time limit for a client to send its request, in seconds."""
+"""Time limit for a client to send its request, in seconds; each connection ends within twice that."""
 
 MOST_CONNECTIONS = 32
 """Maximum number of connections; a further one closes the oldest."""
@@ -89,24 +90,24 @@ def _samples(health: Health) -> Iterator[Sample]:
         yield "handler_seconds_total", "counter", "Total time of a handler.", labels, load.total
         yield "handler_calls_total", "counter", "Number of runs of a handler.", labels, load.calls
         yield "handler_slow_total", "counter", "Number of runs that exceeded the budget.", labels, load.slow
-    for time in health.responses:
-        labels = {"callback": time.callback}
+    for response in health.responses:
+        labels = {"callback": response.callback}
         yield (
             "response_seconds_max",
             "gauge",
             "Longest response time since the last report.",
             labels,
-            time.longest,
+            response.longest,
         )
-        yield "response_seconds_mean", "gauge", "Mean response time of a callback.", labels, time.mean
-        yield "run_seconds_max", "gauge", "Longest run of a callback.", labels, time.work
-        yield "callback_runs_total", "counter", "Runs of a callback.", labels, time.runs
-        if time.declared is not None and time.declared[1] is not None:
-            yield "duration_seconds_declared", "gauge", "Declared duration.", labels, time.declared[1]
-            yield "over_duration_total", "counter", "Runs longer than declared.", labels, time.over
-        if time.period:
-            yield "late_ticks_total", "counter", "Ticks whose callback began late.", labels, time.late
-            yield "lost_ticks_total", "counter", "Ticks that were lost.", labels, time.lost
+        yield "response_seconds_mean", "gauge", "Mean response time of a callback.", labels, response.mean
+        yield "run_seconds_max", "gauge", "Longest run of a callback.", labels, response.work
+        yield "callback_runs_total", "counter", "Runs of a callback.", labels, response.runs
+        if response.declared is not None and response.declared[1] is not None:
+            yield "duration_seconds_declared", "gauge", "Declared duration.", labels, response.declared[1]
+            yield "over_duration_total", "counter", "Runs longer than declared.", labels, response.over
+        if response.period:
+            yield "late_ticks_total", "counter", "Ticks whose callback began late.", labels, response.late
+            yield "lost_ticks_total", "counter", "Ticks that were lost.", labels, response.lost
     # Several parts may wait for the same thing: the longest wait is reported.
     waits: dict[tuple[str, str, str], float] = {}
     for wait in health.waits:
@@ -148,7 +149,12 @@ class MetricsServer:
         from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
         text, names = self._text, {f"{host}:{self._port}" for host in (HOST, "localhost")}
-        connections: dict[socket.socket, None] = {}
+        connections: dict[socket.socket, float] = {}
+
+        def end(connection: socket.socket) -> None:
+            connections.pop(connection, None)
+            with contextlib.suppress(OSError):  # then its thread ends
+                connection.shutdown(socket.SHUT_RDWR)
 
         class Answers(BaseHTTPRequestHandler):
             timeout = PATIENCE
@@ -174,13 +180,16 @@ class MetricsServer:
             daemon_threads = True
 
             def process_request(self, request: Any, client_address: Any) -> None:
-                connections[request] = None
+                connections[request] = time.monotonic()
                 if len(connections) > MOST_CONNECTIONS:
-                    oldest = next(iter(connections))
-                    connections.pop(oldest, None)
-                    with contextlib.suppress(OSError):  # then its thread ends
-                        oldest.shutdown(socket.SHUT_RDWR)
+                    end(next(iter(connections)))
                 super().process_request(request, client_address)
+
+            def service_actions(self) -> None:
+                # The limit for each read is no limit for a client that sends a byte every second.
+                for request, since in list(connections.items()):
+                    if time.monotonic() - since > PATIENCE:
+                        end(request)
 
             def shutdown_request(self, request: Any) -> None:
                 connections.pop(request, None)

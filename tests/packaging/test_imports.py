@@ -67,6 +67,7 @@ FOLDERS = {
             "xml",
             "atomic",
             "confined",
+            "whole_folders",
             "watching",
             "exact",
             "schema",

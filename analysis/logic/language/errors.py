@@ -27,5 +27,7 @@ class FormulaError(DinerosError):
         return FormulaError(self.message, column=self.column or column, hint=self.hint)
 
     def __str__(self) -> str:
-        where = f"column {self.column}: " if self.column else ""
-        return where + super().__str__()
+        if not self.column:
+            return super().__str__()
+        message = f"column {self.column}: {self.message}"
+        return str(DinerosError(message, location=self.location, hint=self.hint))

@@ -283,12 +283,12 @@ def _syntax_error(text: str, error: UnexpectedInput) -> FormulaError:
     expected: set[str] = set()
     if isinstance(error, UnexpectedCharacters):
         position: int = getattr(error, "pos_in_stream", None) or 0
-        column, what = error.column, f"unexpected {text[position]!r}"
+        column, what = error.column, f"{text[position]!r} is not allowed here"
         expected = set(error.allowed or ())
     elif isinstance(error, UnexpectedToken):
         expected = set(error.accepts or error.expected)
         if error.token.type != "$END":
-            column, what = error.column, f"unexpected {str(error.token)!r}"
+            column, what = error.column, f"{str(error.token)!r} is not allowed here"
     hint = None
     if "COMPARISON" in expected:
         hint = "a name alone is not a formula: write NAME >= 1, enabled(NAME) or signal(NAME)"

@@ -9,7 +9,7 @@ import click
 from dineros.cli.console import note, working
 from dineros.cli.models import load_valid_system
 from dineros.cli.options import json_option, model_argument, settings_option
-from dineros.cli.outputs import make_folder
+from dineros.cli.outputs import refuse_file
 from dineros.cli.presentation.workspaces import say_parts
 from dineros.cli.supervising import reading_command
 
@@ -33,6 +33,7 @@ def split(model: Path, output: Path, settings: tuple[str, ...], as_json: bool) -
     exist; other files in it are not changed.
     """
     from dineros.metamodel import files
+    from dineros.metamodel.files.whole_folders import whole_folder
     from dineros.metamodel.files.xmi import xmi_bytes
     from dineros.transformations.flattening.split import file_names
     from dineros.transformations.flattening.split import split as split_model
@@ -43,9 +44,11 @@ def split(model: Path, output: Path, settings: tuple[str, ...], as_json: bool) -
     written = {output / name: part for name, part in zip(file_names(parts), parts, strict=True)}
     for path, part in written.items():
         xmi_bytes(part, path)  # before the first file is written, each must be one that can be
-    make_folder(output)
-    for path, part in written.items():
-        files.save(part, path)
+    refuse_file(output)
+    with whole_folder(output) as folder:
+        for path, part in written.items():
+            files.save(part, folder / path.name)
+    for path in written:
         note(f"wrote {path}")
     say_parts(model, written, as_json)
     return 0

@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import pytest
+
 from dineros.metamodel import elements, pn, rtm
 from dineros.metamodel.build import flow
 from dineros.metamodel.files import load, save
@@ -78,3 +80,20 @@ def test_if_one_node_cannot_be_written_none_is(run: Run, model: Path, tmp_path: 
     assert (result.exit_code, result.stdout, result.stderr.count("\n")) == (2, "", 1)
     assert "looks like the path of an element" in result.stderr
     assert not (tmp_path / "nodes").exists()
+
+
+def test_a_new_folder_is_whole_or_not_there(
+    run: Run, model: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    left = [2]  # synchronised: the first file and its folder
+
+    def fsync(_: int) -> None:
+        left[0] -= 1
+        if left[0] < 0:
+            raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("dineros.metamodel.files.atomic.os.fsync", fsync)
+    result = run("split", model, "-o", tmp_path / "new")
+    assert result.exit_code == 2
+    assert result.stderr.startswith(f"{tmp_path}/new/listener.rtm.xmi: cannot be written: No space")
+    assert [path.name for path in tmp_path.iterdir()] == [model.name]

@@ -351,6 +351,24 @@ def test_handlers_that_are_no_python_stop_everything(workspace: Path) -> None:
 
 
 @pytest.mark.long
+@pytest.mark.parametrize("written", [0, 1, 7])
+def test_a_new_workspace_is_whole_or_not_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, written: int
+) -> None:
+    left = [written]
+
+    def fsync(_: int) -> None:
+        left[0] -= 1
+        if left[0] < 0:
+            raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("dineros.metamodel.files.atomic.os.fsync", fsync)
+    with pytest.raises(ModelFileError, match="No space left on device") as caught:
+        generate(kitchen(), tmp_path / "a" / "new", OPTIONS)
+    assert str(caught.value).startswith(str(tmp_path / "a" / "new" / ""))
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_crash_at_any_file_is_fixed_by_the_next_run(
     workspace: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

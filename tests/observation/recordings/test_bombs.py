@@ -6,6 +6,7 @@ import gc
 import os
 import sqlite3
 import struct
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -15,7 +16,7 @@ from backports import zstd
 
 from dineros.analysis.nets.memory import peak_memory
 from dineros.metamodel.errors import DinerosError
-from dineros.metamodel.limits import VARIABLE
+from dineros.metamodel.limits import LIMITS, VARIABLE
 from dineros.observation.recordings import Recording
 from tests.support.programs.bags import write_bag
 
@@ -375,3 +376,54 @@ def test_pages_that_are_used_twice_are_noticed(tmp_path: Path) -> None:
         content[page + cell : page + cell + 4] = first
     path.write_bytes(content)
     assert "is damaged" in said(path)
+
+
+@pytest.mark.parametrize("kind", ["file", "message", "chunk zstd", "chunk lz4"])
+def test_frames_are_counted(kind: str, tmp_path: Path) -> None:
+    """A frame without content takes nine bytes of the file and much more time than other bytes."""
+    pack = lz4.frame.compress if kind == "chunk lz4" else zstd.compress
+    content = CONTENT if kind != "message" else b"\0\1\0\0\0"
+    for number, is_refused in ((10, False), (300_000, True)):
+        bag = folder(
+            tmp_path / f"{number}",
+            relative_file_paths="[a.mcap.zstd]" if kind == "file" else "[a.mcap]",
+            compression_mode=kind.upper() if "chunk" not in kind else "NONE",
+            compression_format="zstd",
+        )
+        whole = (bag / "a.mcap").read_bytes() if kind == "file" else content
+        packed = pack(b"") * number + pack(whole)
+        if kind == "file":
+            (bag / "a.mcap.zstd").write_bytes(packed)
+            (bag / "a.mcap").unlink()
+        elif kind == "message":
+            mcap(bag / "a.mcap", channel() + record(5, struct.pack("<HIQQ", 1, 0, 1, 1) + packed))
+        else:
+            mcap(bag / "a.mcap", chunk(len(content), kind.split()[1], packed))
+        before = time.process_time()
+        if is_refused:
+            assert "frames; recorders write one" in said(bag)
+        else:
+            with Recording(bag) as recording:
+                assert len(list(recording.messages())) == 1
+        assert time.process_time() - before < 2
+
+
+def test_topics_are_counted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = mcap(tmp_path / "a.mcap", b"".join(channel(number=n) for n in range(1, 12)) + message(1))
+    monkeypatch.setenv(VARIABLE, "topics=10")
+    assert said(path) == (
+        f"{path}: holds 11 topics, more than the limit of 10"
+        " (make it smaller, or raise the limit: --limit topics=11)"
+    )
+    monkeypatch.setenv(VARIABLE, "topics=11")
+    with Recording(path) as recording:
+        assert len(recording.topics) == 11
+    assert LIMITS["topics"].most == 10_000
+
+
+def test_metadata_have_a_limited_size(tmp_path: Path) -> None:
+    """The library takes seconds for a MiB, so the file has a limit."""
+    topic = "{name: /b, type: std_msgs/msg/Empty, serialization_format: cdr}"
+    row = f"\n    - {{topic_metadata: {topic}, message_count: 0}}"
+    bag = folder(tmp_path / "long", topics_with_message_count=row * 25_000)
+    assert "metadata.yaml: " in said(bag) and "2 MiB" in said(bag)

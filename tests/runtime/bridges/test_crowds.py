@@ -76,3 +76,27 @@ def test_metrics_are_served_in_a_crowd(beginning: str) -> None:
             assert closed(connections) >= 200 - 2 * MOST_CONNECTIONS
     finally:
         server.close()
+
+
+def test_a_request_for_metrics_has_a_time_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A client that sends a byte from time to time cannot keep its connection."""
+    monkeypatch.setattr("dineros.runtime.ros.metrics.PATIENCE", 1.0)
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = free.getsockname()[1]
+    server = MetricsServer(port, lambda: "metrics")
+    server.start()
+    try:
+        with crowd(port, 3, BEGINNINGS["half a request"]) as connections:
+            end = time.monotonic() + 20
+            ended: set[socket.socket] = set()
+            while len(ended) < 3 and time.monotonic() < end:
+                for each in connections:
+                    try:
+                        each.sendall(b"a")
+                    except OSError:
+                        ended.add(each)
+                time.sleep(0.2)
+            assert len(ended) == 3
+        assert urlopen(f"http://127.0.0.1:{port}/metrics", timeout=10).read() == b"metrics"
+    finally:
+        server.close()
