@@ -284,7 +284,7 @@ class _Folding:
         if any(problem.severity == "error" for problem in validate(model)):
             return []
         subject = base_subject(model)
-        open_now = [each for each in left if not _is_lost_again(each, subject)]
+        open_now = [each for each in left if self._is_timed or not _is_lost_again(each, subject)]
         if not open_now:
             return []
         asked = {key_of(cause) for cause in causes} if len(causes) == 1 else set()

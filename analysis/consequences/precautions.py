@@ -15,19 +15,23 @@ from dineros.analysis.checks.boundedness import Boundedness
 from dineros.analysis.checks.check import check
 from dineros.analysis.checks.unused import TRANSITION, Use
 from dineros.analysis.consequences.used import used_in_runs
-from dineros.analysis.model.subject import Subject
-from dineros.analysis.witnesses.findings import Finding, Report
+from dineros.analysis.model.subject import Subject, base_subject
+from dineros.analysis.witnesses.findings import Finding, Report, Unknown
 from dineros.metamodel import sym
 from dineros.metamodel.elements import channels
 
-SHARE = 0.2
-"""Part of the time for each of the two questions."""
+SHARE = 0.4
+"""Part of the time that is left for each question."""
 
 WHY = "with these times: it follows a time-out, and no client gives up"
+
+OPEN = "time ran out before it was known whether only a time-out leads there"
 
 
 def about_precautions(subject: Subject, report: Report, budget: Budget) -> Report:
     """Return a report in which transitions that are precautions are notes.
+
+    A transition of which it stays open whether it is one is no finding, but unknown.
 
     Parameters
     ----------
@@ -38,26 +42,51 @@ def about_precautions(subject: Subject, report: Report, budget: Budget) -> Repor
     budget
         Limits.
     """
-    careful = _precautions(subject, report.findings, budget)
+    careful, is_open = _precautions(subject, report.findings, budget)
     findings = [
         replace(each, severity="note", message=f"{each.message} {WHY}") if each in careful else each
         for each in report.findings
+        if each not in is_open
     ]
-    return replace(report, findings=findings)
+    unknown = [Unknown(f"whether it is a fault that {each.message}", OPEN) for each in is_open]
+    return replace(
+        report,
+        findings=findings,
+        unknown=[*report.unknown, *unknown],
+        open_rules=report.open_rules | {each.rule for each in is_open},
+    )
 
 
-def _precautions(subject: Subject, some: Sequence[Finding], budget: Budget) -> list[Finding]:
+def _precautions(
+    subject: Subject, some: Sequence[Finding], budget: Budget
+) -> tuple[list[Finding], list[Finding]]:
+    """Return which of some findings are precautions, and which may be.
+
+    A precaution never fires without times if no client gives up, and can fire if clients may give up.
+    """
     model = subject.model
     dead = [each for each in some if each.rule == TRANSITION.rule]
     if not dead or not isinstance(model, sym.SystemModel) or not _with_time_outs(model):
-        return []
-    needed = used_in_runs(subject, dead, budget.share(SHARE))
-    if not needed:
-        return []
+        return [], []
     with _without_time_outs(model):
-        report = check(model, budget.share(SHARE), questions=[Boundedness(), Use()])
-    never = {each.elements for each in report.findings if each.rule == TRANSITION.rule}
-    return [each for each in needed if each.elements in never]
+        never, is_open = _never(base_subject(model), dead, budget)
+    used = used_in_runs(subject, never, budget.share(SHARE))
+    rest = [each for each in never if each not in used]
+    unmet = _never(subject, rest, budget)[1] if rest else []
+    return used, [*is_open, *unmet]
+
+
+def _never(subject: Subject, some: Sequence[Finding], budget: Budget) -> tuple[list[Finding], list[Finding]]:
+    """Return which transitions of some findings never fire without times, and of which that is open."""
+    used = used_in_runs(subject, some, budget.share(SHARE))
+    rest = [each for each in some if each not in used]
+    if not rest:
+        return [], []
+    report = check(subject.model, budget.share(SHARE), questions=[Boundedness(), Use()])
+    found = {each.elements for each in report.findings if each.rule == TRANSITION.rule}
+    never = [each for each in rest if each.elements in found]
+    is_open = TRANSITION.rule in report.open_rules
+    return never, [each for each in rest if is_open and each.elements not in found]
 
 
 def _with_time_outs(model: sym.SystemModel) -> list[sym.ClientPort]:

@@ -228,7 +228,9 @@ def check(
         if with_times is not None:
             from dineros.analysis.consequences.precautions import about_precautions
 
-            report.findings[:] = about_precautions(with_times.timed, report, budget).findings
+            judged = about_precautions(with_times.timed, report, budget)
+            report.findings[:], report.unknown[:] = judged.findings, judged.unknown
+            report.open_rules = judged.open_rules
     elif scheduler is None:
         check_model(net, budget.share(ASKED_SHARE), report, behaviour, orders)
     if with_times is not None and confirm:
@@ -251,9 +253,9 @@ def check(
 
         again = None
         if report.times is not None:
-            from dineros.analysis.consequences.in_time import used_in_time
+            from dineros.analysis.consequences.in_time import gone_in_time
 
-            again = used_in_time
+            again = gone_in_time
         fold_consequences(net, report, budget, orders, again)
     report = accepted(report)
     with run.answer():

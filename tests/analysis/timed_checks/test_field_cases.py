@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from dineros.analysis.answers.budget import UNLIMITED
+from dineros.analysis.answers.budget import UNLIMITED, Budget
+from dineros.analysis.consequences.folding import fold_consequences
+from dineros.analysis.consequences.in_time import gone_in_time
 from dineros.analysis.consequences.precautions import about_precautions
 from dineros.analysis.timed_checks.timed_check import ask_timed, check_timed
 from dineros.analysis.witnesses.findings import Report
@@ -188,6 +190,18 @@ def test_a_service_that_waits_for_a_message_of_its_own_executor() -> None:
     assert findings(current_state(threads=2, own_group=True)) == set()
 
 
+@pytest.mark.long
+def test_what_is_lost_because_a_callback_waits_forever_follows_from_that() -> None:
+    """The reader overflows since the callback that would take the messages never runs."""
+    for sick in (current_state(), current_state(threads=2)):
+        report, budget = Report(), UNLIMITED.begun()
+        assert ask_timed(sick, report, budget) is not None
+        fold_consequences(sick, report, budget, again=gone_in_time)
+        (cause,) = [each for each in report.findings if each.severity != "note"]
+        assert cause.rule == "callback-deadlock"
+        assert "queue-overflow" in {each.rule for each in cause.consequences}
+
+
 def late_configure(work: tuple[float, float], patience: float = 10.0) -> sym.SystemModel:
     """A spawner gives a request up and asks again; the server refuses to configure twice."""
     model = sym.SystemModel(id="spawning", middleware="ros2")
@@ -237,6 +251,19 @@ def test_a_request_that_is_served_late() -> None:
     assert faults == {("Useless",)}, "what can never fire at all stays a warning"
     late = check_timed(late_configure((9.0, 12.0)))
     assert "property-violated" in {each.rule for each in late.findings}
+
+
+@pytest.mark.long
+def test_precautions_without_time_to_judge_them_are_unknown() -> None:
+    """What may follow from a time-out that never comes is no finding before that is known."""
+    report = Report()
+    checked = ask_timed(late_configure((0.01, 0.01)), report)
+    assert checked is not None
+    over = Budget(seconds=0.0).begun()
+    judged = about_precautions(checked.timed, report, over)
+    assert not [each for each in judged.findings if each.severity != "note"]
+    assert any("IsConfigured" in str(each) for each in judged.unknown)
+    assert all(each.may_be_fault for each in judged.unknown)
 
 
 @pytest.mark.long

@@ -10,7 +10,7 @@ import pytest
 from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.checks.unused import TRANSITION
 from dineros.analysis.consequences.folding import fold_consequences
-from dineros.analysis.consequences.in_time import used_in_time
+from dineros.analysis.consequences.in_time import gone_in_time
 from dineros.analysis.nets.compiled import Transition
 from dineros.analysis.nets.witness import replay
 from dineros.analysis.timed.exploring import explore_timed
@@ -112,7 +112,7 @@ def test_a_circle_is_found_though_there_are_too_many_classes() -> None:
     trace = [index[step.transition] for step in finding.witness.steps]
     schedule(timed_base_subject(model).timed, trace)
     assert "random runs" in report.by
-    fold_consequences(model, report, Budget(seconds=60), again=used_in_time)
+    fold_consequences(model, report, Budget(seconds=60), again=gone_in_time)
     (finding,) = circles(report)
     assert ("NoteLevel",) in {each.elements for each in finding.consequences}
     assert ("NoteLevel",) not in {each.elements for each in report.findings}
@@ -134,7 +134,7 @@ def test_what_can_be_used_once_its_cause_is_gone_is_a_consequence() -> None:
         TRANSITION.found("Unused", transition="Unused", where=""),
         TRANSITION.found("AskLevel", transition="AskLevel", where=""),
     ]
-    assert used_in_time(model, (), some, Budget(seconds=60)) == some[1:]
+    assert gone_in_time(model, (), some, Budget(seconds=60)) == some[1:]
 
 
 @pytest.mark.parametrize(("scale", "room"), [(1, 10), (1 << 36, 0)])
