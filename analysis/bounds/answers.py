@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import replace
 from fractions import Fraction
 
+from dineros.analysis.bounds.engines import Engines, is_of_engine
 from dineros.analysis.bounds.histories import histories_of_calls
 from dineros.analysis.bounds.reading import Tasks
 from dineros.analysis.bounds.solving import solve
@@ -49,6 +50,7 @@ class Bounds:
         self._model = model
         self._tasks = Tasks(model)
         self._solved = solve(self._tasks)
+        self._engines = Engines(self._tasks.works, self._tasks.all, self._solved, self._tasks.unit)
 
     def response(self, page: sym.CallbackPage) -> Latency:
         """Return bounds of the response time of a callback: from its release to its end, in seconds."""
@@ -74,6 +76,8 @@ class Bounds:
 
     def longest(self, reader: sym.SubscriberPort) -> int | None:
         """Return how many messages wait in a history at most, if it is deep enough; None if that is open."""
+        if is_of_engine(reader):
+            return self._engines.history(reader).longest
         waited = [self._solved.waited.get(task) for task in self._tasks.all if task.reader is reader]
         return waited[0].longest if waited and waited[0] is not None else None
 
@@ -248,6 +252,8 @@ class Bounds:
 
     def _why_full(self, reader: sym.SubscriberPort) -> str:
         """Return why it is open whether a history overflows."""
+        if is_of_engine(reader):
+            return self._engines.history(reader).reason
         waited = [task for task in self._tasks.all if task.reader is reader]
         if not waited or waited[0] not in self._solved.waited:
             page = callback_page_of(resolve(reader.place))
