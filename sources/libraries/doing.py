@@ -10,6 +10,7 @@ from dineros.sources.language.fields.messages import sent
 from dineros.sources.language.machine import EVENT
 from dineros.sources.language.values import (
     NONE,
+    Const,
     Frame,
     Future,
     Goal,
@@ -44,8 +45,14 @@ def seconds(value: Value | None) -> float | None:
     return float(number) if isinstance(number, (int, float)) and not isinstance(number, bool) else None
 
 
+def passed(value: Value | None) -> Value | None:
+    """Return a time-out, of which a negative one has passed already, as in calls and waits for servers."""
+    number = seconds(value)
+    return Const(0) if number is not None and number < 0 else value
+
+
 def within(value: Value | None) -> str:
-    """Return a time-out in words."""
+    """Return a time-out in words; a negative number is none, as in spinning."""
     number = seconds(value)
     if number is not None and number >= 0:
         return f"time-out {number:g} s"
@@ -87,13 +94,13 @@ class Doer:
             if name == "call_async":
                 return Future("call", effect("call", entity.port, node, frame, "async", entity), entity)
             if name == "call":
-                given = call.argument(1, "timeout_sec")
+                given = passed(call.argument(1, "timeout_sec"))
                 how = f"blocks, {within(given)}"
                 return Response(
                     "response", effect("call", entity.port, node, frame, how, entity, seconds(given))
                 )
             if name == "wait_for_service":
-                given = call.argument(0, "timeout_sec")
+                given = passed(call.argument(0, "timeout_sec"))
                 effect("wait_for_service", entity.port, node, frame, within(given), entity, seconds(given))
                 return Open("is ready")
         if kind == "action_clients":
@@ -137,7 +144,7 @@ class Doer:
     ) -> Value | None:
         effect, name = self.machine.effect, call.path
         if name == "wait_for_server":
-            given = call.argument(0, "timeout_sec")
+            given = passed(call.argument(0, "timeout_sec"))
             effect("wait_for_server", entity.port, node, frame, within(given), entity, seconds(given))
             return Open("is ready")
         if name in ("send_goal_async", "send_goal"):
@@ -285,7 +292,7 @@ class Doer:
                 activity.release(made)
             return Open("is held")
         if kind in ("Event", "Condition", "Barrier") and name in ("wait", "wait_for"):
-            given = call.argument(0 if name == "wait" else 1, "timeout")
+            given = passed(call.argument(0 if name == "wait" else 1, "timeout"))
             found = effect("wait", label, node, frame, within(given), timeout=seconds(given))
             if kind == "Condition":  # it releases its lock while it waits
                 lock = made.argument(0, "lock")
@@ -453,7 +460,7 @@ class Doer:
         if name in ("get_result_async", "cancel_goal_async"):
             return self.goal(Goal("client"), name, args, keys, node, frame)
         if name in ("wait_for_service", "wait_for_server"):
-            given = call.argument(0, "timeout_sec")
+            given = passed(call.argument(0, "timeout_sec"))
             effect(name, what, node, frame, within(given), timeout=seconds(given))
             return Open("is ready")
         if name == "sleep_for" and (duration := call.argument(0, "rel_time")) is not None:

@@ -31,7 +31,7 @@ from dineros.sources.language.values import (
     options,
     text_of,
 )
-from dineros.sources.libraries.doing import Doer, Keys, seconds, within
+from dineros.sources.libraries.doing import Doer, Keys, passed, seconds, within
 from dineros.sources.libraries.making import CONSTRUCTORS
 from dineros.sources.places import Place
 
@@ -228,7 +228,7 @@ class Executors:
             self.run_coroutine(made, node, frame, "blocks, without time-out")
             return join(args) if args else Open(name)
         if (last, name) == ("run_coroutine_threadsafe", "result"):
-            timeout = Made("", args, keys, made.at).argument(0, "timeout")
+            timeout = passed(Made("", args, keys, made.at).argument(0, "timeout"))
             for effect in self._coroutines.get(id(made), (made, []))[1]:
                 effect.how, effect.timeout = f"blocks, {within(timeout)}", seconds(timeout)
             return Open(name)

@@ -18,9 +18,13 @@ from dineros.sources.language.values import (
     options,
     text_of,
 )
+from dineros.sources.libraries.transforms import of_duration
 
 Profile = dict[str, Any]
-"""``depth``, ``reliability``, ``durability``, ``history``; each may be open."""
+"""``depth``, ``reliability``, ``durability``, ``history``; each may be open.
+
+``deadline``, ``liveliness`` and ``lease_duration`` are absent where they have their usual values.
+"""
 
 USUAL: Profile = {"depth": 10, "reliability": "reliable", "durability": "volatile"}
 """The quality of service of an integer, except its depth."""
@@ -42,6 +46,12 @@ _WORDS = {
     "durability": ("TRANSIENT_LOCAL", "VOLATILE", "SYSTEM_DEFAULT", "BEST_AVAILABLE"),
     "history": ("KEEP_LAST", "KEEP_ALL", "SYSTEM_DEFAULT"),
 }
+
+
+TIMED = {"deadline": "deadline", "liveliness": "liveliness", "lease_duration": "liveliness_lease_duration"}
+"""Members of a profile with times, in seconds, and how liveliness is asserted, by their names in rclpy."""
+_ENDLESS = 1e8
+"""A number of seconds from which on a time is without bound."""
 
 
 class Reader(Protocol):
@@ -68,7 +78,11 @@ def profile_of(value: Value | None, reader: Reader) -> Profile:
         return dict.fromkeys(USUAL, "open: none given")
     if isinstance(value, Either):
         found = [profile_of(each, reader) for each in value.options if not is_none(each)]
-        return {key: _one([each.get(key, "open") for each in found]) for key in USUAL}
+        timed = dict.fromkeys(key for each in found for key in each if key in TIMED)
+        return {
+            **{key: _one([each.get(key, "open") for each in found]) for key in USUAL},
+            **{key: _one([each.get(key, "usual") for each in found]) for key in timed},
+        }
     if isinstance(value, Const):
         if isinstance(value.value, int) and not isinstance(value.value, bool):
             return _from({**USUAL, "depth": value.value}, value)
@@ -110,6 +124,8 @@ def _made(value: Made, reader: Reader) -> Profile:
         for name in ("depth", "reliability", "durability", "history"):
             if name in value.keys:
                 base[name] = word(name, value.keys[name])
+        for name, given in TIMED.items():
+            _set(base, name, value.keys.get(given))
         if value.args:
             base = dict.fromkeys(USUAL, "open")
     else:
@@ -124,9 +140,48 @@ def _changed(base: Profile, value: Made, reader: Reader) -> Profile:
         if given is not None and slot is not None and not slot.is_off:
             said = word(name, given)
             base[name] = _one([base.get(name, "keep_last"), said]) if slot.is_perhaps else said
+    for name, attribute in TIMED.items():
+        given, slot = reader.read(value, attribute), value.slots.get(attribute)
+        if given is not None and slot is not None and not slot.is_off:
+            before = base.get(name, "usual")
+            _set(base, name, given)
+            if slot.is_perhaps and base.get(name, "usual") != before:
+                base[name] = _one([before, base.get(name, "usual")])
     if base.get("history") == "keep_last":
         del base["history"]
     return base
+
+
+def _set(profile: Profile, name: str, value: Value | None) -> None:
+    """Set a member with a time; usual values are left out."""
+    profile.pop(name, None)
+    if value is None:
+        return
+    if isinstance(value, Either):
+        found: list[Any] = []
+        for each in options(value):
+            one: Profile = {}
+            _set(one, name, each)
+            found.append(one.get(name, "usual"))
+        if any(each != "usual" for each in found):
+            profile[name] = _one(found)
+    elif name == "liveliness":
+        number = constant(value)
+        path = value.path.upper() if isinstance(value, Outside) else str(number or "").upper()
+        if number == _MANUAL or path.endswith("MANUAL_BY_TOPIC"):
+            profile[name] = "manual_by_topic"
+        elif not path.endswith(("AUTOMATIC", "SYSTEM_DEFAULT", "BEST_AVAILABLE")) and number not in (0, 1):
+            profile[name] = text_of_open(value)
+    elif not (isinstance(value, Outside) and value.path.upper().endswith("INFINITE")):
+        seconds = of_duration(value)
+        if seconds is None:
+            profile[name] = text_of_open(value)
+        elif 0 < seconds < _ENDLESS:
+            profile[name] = seconds
+
+
+_MANUAL = 3
+"""The number of the policy of manual liveliness."""
 
 
 def word(kind: str, value: Value) -> Any:
