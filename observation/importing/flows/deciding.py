@@ -128,6 +128,8 @@ class Decisions:
             start = made.read(fact.body or [])
             branches.append((value, without_marks(simplified(made.graph, start, {}))))
         flows = [flow for _, flow in branches]
+        if len(flows) == 1:  # all messages have one value: some branches are never taken
+            flows.append(without_marks(self._flow(fact)))
         if all(each == flows[0] for each in flows) or max(len(flow.edges) for flow in flows) > MOST_EDGES:
             return None
         at = next((each.at for each in tests if each.at is not None), None)
