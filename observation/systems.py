@@ -44,6 +44,8 @@ class TopicEndpoint:
         The line of the code that creates it, as ``file:line``; empty if no code was read.
     reader : str
         The node of the code that reads it, if several nodes of one executor read the topic; else empty.
+    is_optional : bool
+        Whether the code creates it in a branch, so that it may be missing.
     """
 
     topic: str
@@ -52,6 +54,7 @@ class TopicEndpoint:
     depth: int | None = None
     at: str = field(default="", compare=False)
     reader: str = field(default="", compare=False)
+    is_optional: bool = field(default=False, compare=False)
 
     @property
     def given_as(self) -> str:

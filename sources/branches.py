@@ -183,11 +183,24 @@ class Branch(Item):
 
 @dataclass(eq=False)
 class Loop(Item):
-    """A block that is repeated while a condition holds, any number of times."""
+    """A block that is repeated while a condition holds, any number of times.
+
+    Attributes
+    ----------
+    condition : Condition
+        While it holds.
+    body : Block
+        The block.
+    is_entered : bool
+        Whether the block runs at least once.
+    count : int
+        How many times it runs, if the code says so and nothing leaves it; else 1.
+    """
 
     condition: Condition
     body: Block
     is_entered: bool = False
+    count: int = 1
 
 
 @dataclass(eq=False)

@@ -189,13 +189,19 @@ def _of_topics(system: ObservedSystem) -> Iterator[Finding]:
 
 
 def _of_types(name: str, ends: Iterable[tuple[ObservedNode, TopicEndpoint | Endpoint]]) -> Iterator[Finding]:
+    ends = list(ends)
     types: dict[str, list[str]] = defaultdict(list)
     for node, endpoint in ends:
-        types[endpoint.type].append(node.name)
+        if node.name not in types[endpoint.type]:
+            types[endpoint.type].append(node.name)
     if len(types) > 1:
         said = "; ".join(f"{type} at {listed(nodes)}" for type, nodes in types.items())
         nodes = dict.fromkeys(node for nodes in types.values() for node in nodes)
-        yield TYPE.found(name, *nodes, name=name, types=said)
+        found = TYPE.found(name, *nodes, name=name, types=said)
+        if len(nodes) == 1 and all(getattr(endpoint, "is_optional", False) for _, endpoint in ends):
+            words = "the code creates each of them in a branch, perhaps never two of them in one run"
+            found = replace(found, severity="warning", message=f"{found.message}; {words}")
+        yield found
 
 
 def _of_services(system: ObservedSystem) -> Iterator[Finding]:

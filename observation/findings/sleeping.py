@@ -42,7 +42,7 @@ def sleeps_of(body: Iterable[Item]) -> tuple[list[Effect], float]:
         if ways:
             inner, least = min((sleeps_of(each) for each in ways), key=lambda pair: pair[1])
             found += inner
-            seconds += least
+            seconds += least * (item.count if isinstance(item, Loop) else 1)
         if isinstance(item, Leave):
             break
     return found, seconds

@@ -74,6 +74,7 @@ def _topics(node: CodedNode, kind: str) -> Iterable[TopicEndpoint]:
             _quality(node, entity),
             depth if isinstance(depth, int) and depth > 0 else None,
             node.at(entity.at),
+            is_optional=any(entity.details.get(each) for each in ("conditional", "instances")),
         )
 
 

@@ -121,13 +121,16 @@ class Fields(Calls):
             self.block.append(Branch(test, [Give(field, TRUE, at)], [Give(field, FALSE, at)]))
 
     def body_of(self, fact: CallbackFact, routine: Node | None) -> Block | None:
-        """Return the branches of a callback that has been read; None: not known, or no field decides."""
+        """Return the branches of a callback that has been read; None: not known, or not needed.
+
+        They are needed if a field decides, or if the callback sleeps.
+        """
         block = self.block
         asks = any(isinstance(each, (Answered, Received)) for one in conditions(block) for each in parts(one))
         gives = [each for each in walk(block) if isinstance(each, Give)]
-        if self.is_lost or not (asks or gives):
+        done = {id(each.effect): each.effect for each in walk(block) if isinstance(each, Do)}
+        if self.is_lost or not (asks or gives or any(each.do == "sleep" for each in done.values())):
             return None
-        done = {id(each.effect) for each in walk(block) if isinstance(each, Do)}
         if any(id(each) not in done for each in fact.effects):
             return None
         if gives and routine is not None:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from dineros.sources.branches import Anything, Branch, Loop, Turns
 from dineros.sources.cpp.declarators import name_of
+from dineros.sources.cpp.following.endings.counting import assigned_in, counted, leaves, of_bound
 from dineros.sources.cpp.following.endings.polling import CANCELED, POLLED, polled_members
 from dineros.sources.cpp.following.endings.progress import NO_EXIT, why_open
 from dineros.sources.cpp.following.expressions import named
@@ -40,10 +41,10 @@ class Loops(Fields):
     """Runs loops."""
 
     @contextmanager
-    def loop(self, node: Node, frame: Frame) -> Iterator[None]:
-        """Run code that is repeated any number of times."""
+    def loop(self, node: Node, frame: Frame, count: int = 1) -> Iterator[None]:
+        """Run code that is repeated any number of times, or `count` times."""
         if node.id not in self.assigned:
-            self.assigned[node.id] = (_assigned(node), _may_give_up(node))
+            self.assigned[node.id] = (assigned_in(node), _may_give_up(node))
         names, may_give_up = self.assigned[node.id]
         for name in names:
             if _is_plain(frame.values.get(name)):
@@ -57,7 +58,7 @@ class Loops(Fields):
         finally:
             last = self.block.pop()
             assert isinstance(last, Branch)
-            self.block.append(Loop(Anything(), last.then))
+            self.block.append(Loop(Anything(), last.then, count=count))
             self.loops -= 1
             self.cond += 1
             self.ways_out.pop()
@@ -69,11 +70,17 @@ class Loops(Fields):
             turns: list[Value] = [Const(each) for each in numbers]
             self._turns(turns, name, node.child_by_field_name("body"), frame)
             return
-        with self._ending(node, frame), self.loop(node, frame):
+        count = counted(node, frame.values, self.value_of_bound(node, frame))
+        with self._ending(node, frame), self.loop(node, frame, count):
             for name in ("condition", "body", "update"):
                 each = node.child_by_field_name(name)
                 if each is not None:
                     self.run_block(each, frame)
+
+    def value_of_bound(self, loop: Node, frame: Frame) -> Value | None:
+        """Return the value with which a loop compares its number; None: code computes it."""
+        bound = of_bound(loop)
+        return None if bound is None else self.value(bound, frame)
 
     def _counted(self, node: Node, frame: Frame) -> tuple[str, list[int]]:
         """Return the variable and its values in ``for (i = 0; i < list.size(); ++i)``; no values: not known.
@@ -94,8 +101,8 @@ class Loops(Fields):
             or text_of(update) not in (f"++{name}", f"{name}++", f"{name} += 1")
             or not isinstance(first, Const)
             or type(first.value) is not int
-            or name in _assigned(body)
-            or _leaves(body)
+            or name in assigned_in(body)
+            or leaves(body)
         ):
             return name, []
         is_size = right.type == "call_expression" and path_of(right.child_by_field_name("function")).endswith(
@@ -222,7 +229,7 @@ class Loops(Fields):
         """
         text = text_of(node.child_by_field_name("body"))
         asked = _NUMBERED.search(text)
-        if asked is None or "get_parameter" not in text or _leaves(node.child_by_field_name("body")):
+        if asked is None or "get_parameter" not in text or leaves(node.child_by_field_name("body")):
             return None
         count = next(number for number in range(_MOST_TURNS + 1) if f"{asked[1]}{number}" not in self.given)
         return count if count or self.is_launched else None
@@ -279,29 +286,6 @@ def _bound(name: str, item: Value) -> dict[str, Value]:
     if len(parts) == len(names):
         return dict(zip(names, parts, strict=True))
     return {each: item if at == 1 and len(names) == 2 else Open(each) for at, each in enumerate(names)}
-
-
-def _leaves(body: Node | None) -> bool:
-    """Return whether the body of a loop may skip a part of it, or end the loop early."""
-    todo = [] if body is None else [body]
-    while todo:
-        each = todo.pop()
-        if each.type in ("break_statement", "continue_statement", "goto_statement"):
-            return True
-        todo += each.named_children
-    return False
-
-
-def _assigned(node: Node) -> frozenset[str]:
-    """Return what a loop assigns."""
-    found: set[str] = set()
-    todo = [node]
-    while todo:
-        each = todo.pop()
-        todo += each.named_children
-        if each.type in ("update_expression", "assignment_expression"):
-            found.add(text_of(each.child_by_field_name("argument") or each.child_by_field_name("left")))
-    return frozenset(found)
 
 
 def _may_give_up(loop: Node) -> bool:

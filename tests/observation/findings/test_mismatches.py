@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import pytest
+
 from dineros.observation.findings.mismatches import mismatches
 from dineros.observation.findings.types import unknown_types
 from dineros.observation.systems import USUAL, ObservedNode, ObservedSystem
@@ -88,6 +90,25 @@ def test_types_that_differ() -> None:
     )
     assert set(messages) == {"types-differ"}
     assert "std_msgs/msg/String at /a; std_msgs/msg/Int32 at /b" in messages["types-differ"]
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "node", "severity"),
+    [(True, True, "/a", "warning"), (True, False, "/a", "error"), (True, True, "/b", "error")],
+)
+def test_types_of_ports_in_branches_of_one_node_may_be_alternatives(
+    first: bool, second: bool, node: str, severity: str
+) -> None:
+    """A driver creates the port of the variant that it finds: this was an error."""
+    one = replace(port("/x"), is_optional=first)
+    other = replace(port("/x", "std_msgs/msg/Int32"), is_optional=second)
+    nodes = (
+        (ObservedNode("/a", publishers=(one, other)),)
+        if node == "/a"
+        else (ObservedNode("/a", publishers=(one,)), ObservedNode(node, publishers=(other,)))
+    )
+    differing = [each for each in mismatches(ObservedSystem("test", nodes)) if each.rule == "types-differ"]
+    assert [each.severity for each in differing] == [severity]
 
 
 def test_nodes_that_share_a_name_went_or_have_another_time() -> None:
