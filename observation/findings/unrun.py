@@ -22,7 +22,7 @@ def unrun(node: NodeFact) -> Iterator[tuple[Place, Finding]]:
     """Yield a node or its callback groups with callbacks, if no executor that spins gets them."""
     called = [each for kind in _CALLED for each in node.of(kind) if each.is_enabled and each.callbacks]
     if node.executor == UNSPUN and called:
-        words = f"is given to an executor that never spins: the callbacks of {_names(called)} never run"
+        words = f"is in no executor that begins to spin: the callbacks of {_names(called)} never run"
         yield node.at, UNRUN.found(node.name, what=f"node {node.name}", words=words)
         return
     for group in node.of("groups"):

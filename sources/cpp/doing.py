@@ -11,7 +11,7 @@ from dineros.sources.cpp.following.machine import coerced, is_node
 from dineros.sources.cpp.following.statements import Statements
 from dineros.sources.cpp.interpreting.formatting import formatted, of_text
 from dineros.sources.cpp.interpreting.generated import generated
-from dineros.sources.cpp.interpreting.groups import ADDED, join, runs_in_turn, take_group
+from dineros.sources.cpp.interpreting.groups import ADDED, LATE, join, runs_in_turn, take_group
 from dineros.sources.cpp.interpreting.lists import items
 from dineros.sources.cpp.interpreting.loading import loaded
 from dineros.sources.cpp.interpreting.naming import SUB_SPACE, is_callable
@@ -41,6 +41,8 @@ from dineros.sources.cpp.waiting import BEGAN, Waiting, is_lost
 
 if TYPE_CHECKING:
     from tree_sitter import Node
+
+    from dineros.sources.facts import CallbackFact
 
 _SAME = {
     *("move", "forward", "ref", "cref", "dynamic_pointer_cast", "static_pointer_cast"),
@@ -81,6 +83,8 @@ class Ros(Ports):
         super().__init__(machine)
         self.waiting = Waiting(machine)
         self._pools = 0
+        self._first: tuple[CallbackFact, int] | None = None
+        """The main function, and where it certainly spins first."""
 
     def make_node(self, this: Obj, kind: str, args: list[Value], node: Node, frame: Frame) -> None:
         """Make an object a node."""
@@ -270,13 +274,28 @@ class Ros(Ports):
             return Const(None)
         self._pools += 1
         order = self.machine.next_order()
+        is_late = self._is_late(call)
         for each in nodes:
             if each.node is not None:
+                if is_late and (not each.node.executor or each.node.executor.startswith(ADDED)):
+                    executor = LATE + executor.removeprefix(LATE)
                 is_first = not each.node.executor or each.node.executor.startswith(ADDED)
                 each.node.spun = order if is_first or not order else each.node.spun
                 each.node.executor, each.node.threads = executor, threads
                 each.node.pool = self._pools if len(nodes) > 1 else 0
         return Const(None)
+
+    def _is_late(self, call: Call) -> bool:
+        """Return whether a spin of the main function comes after another one, which has no end."""
+        machine = self.machine
+        if machine.role != "main" or call.last != "spin":
+            return False
+        spun = (machine.fact, call.node.start_byte)
+        if self._first is not None and self._first[0] is machine.fact:
+            return self._first[1] != spun[1]
+        if not (machine.cond or machine.loops or machine.off):
+            self._first = spun
+        return False
 
     def _names_vendor(self, call: Call) -> None:
         """Note a node whose class, or the base of it, is not in the folder."""

@@ -15,6 +15,8 @@ PERHAPS_ALONE = "none that is known"
 """The same, where other code may give it to an executor."""
 ADDED = "one that gets it: "
 """Begins the executor of a node that an executor gets which is not known to spin."""
+LATE = "after another spin: "
+"""Begins the executor of a node that spins only after another spin of the main function."""
 OTHER = "another one"
 """An executor of its own that is not read."""
 _NAME = re.compile(r"(?:this->)?\w+")
@@ -24,6 +26,9 @@ _PLAIN = (
 )
 """Uses of an executor in which it does not spin."""
 _KINDS = {"Reentrant": "reentrant", "MutuallyExclusive": "exclusive"}
+_ENDS = re.compile(rb"\b(?:cancel|thread|async|signal|sigaction)\s*[({]|std::j?thread|NodeThread")
+"""Code that may end a spin, or that runs at the same time."""
+_STOPS = re.compile(rb"\bshutdown\s*\(")
 _GETS = re.compile(rb"\badd_callback_group\b")
 """Code that gives a group to an executor."""
 _GETS_ALL = re.compile(rb"\b(for_each_callback_group|get_callback_groups)\b")
@@ -88,7 +93,12 @@ def doubt_groups(nodes: Iterable[NodeFact], sources: Iterable[Source]) -> None:
     texts = [each.text for each in sources]
     may_get = any(_GETS.search(each) for each in texts)
     gets_all = any(_GETS_ALL.search(each) for each in texts)
+    stops = sum(len(_STOPS.findall(each)) for each in texts)
+    ends = stops > 1 or any(_ENDS.search(each) for each in texts)
     for node in nodes:
+        if node.executor.startswith(LATE):
+            node.executor = node.executor.removeprefix(LATE) if ends else UNSPUN
+            node.threads = node.threads if ends else "not spun"
         if node.executor.startswith(ADDED):
             name = node.executor.removeprefix(ADDED).encode()
             is_known = not (node.is_lent or node.lent_to) and _is_only_filled(name, texts)

@@ -30,7 +30,17 @@ class Robot : public rclcpp::Node {
   rclcpp::Subscription<std_msgs::msg::String>::SharedPtr sub_;
   rclcpp::TimerBase::SharedPtr timer_;
   rclcpp::executors::SingleThreadedExecutor executor_;
-  std::thread thread_;
+  WORKER thread_;
+};
+class Free : public rclcpp::Node {
+ public:
+  Free() : Node("free") { timer_ = create_wall_timer(1s, [] {}); }
+  rclcpp::TimerBase::SharedPtr timer_;
+};
+class Other : public rclcpp::Node {
+ public:
+  Other() : Node("other") { timer_ = create_wall_timer(1s, [] {}); }
+  rclcpp::TimerBase::SharedPtr timer_;
 };
 int main(int argc, char ** argv) {
   rclcpp::init(argc, argv);
@@ -47,9 +57,10 @@ TWO = """
 """
 
 
-def never_run(folder: Path, start: str, main: str) -> list[str]:
+def never_run(folder: Path, start: str, main: str, worker: str = "std::thread") -> list[str]:
     """Return the severities of callbacks that never run."""
-    (folder / "robot.cpp").write_text(CODE.replace("START", start).replace("MAIN", main))
+    text = CODE.replace("START", start).replace("MAIN", main).replace("WORKER", worker)
+    (folder / "robot.cpp").write_text(text)
     found = code_findings([(".", read_source(folder))])
     return [each.severity for each in found if each.rule == "code-never-runs"]
 
@@ -90,5 +101,43 @@ def test_executors_that_spin_or_may_spin_are_quiet(tmp_path: Path, start: str, m
 def test_a_callback_may_spin_an_executor_that_has_only_its_groups(tmp_path: Path) -> None:
     """It was reported that rclcpp throws, as if the node were in that executor."""
     start = f"{GETS} timer_ = create_wall_timer(10ms, [this] {{ executor_.spin_some(); }});"
-    (tmp_path / "robot.cpp").write_text(CODE.replace("START", start).replace("MAIN", SPIN))
+    (tmp_path / "robot.cpp").write_text(
+        CODE.replace("START", start).replace("MAIN", SPIN).replace("WORKER", "int")
+    )
     assert not code_findings([(".", read_source(tmp_path))])
+
+
+AWAY = " start(executor_);"
+"""Unknown code runs the group of the other class."""
+PAIR = """
+  auto a = std::make_shared<Free>();
+  auto b = std::make_shared<Other>();
+  rclcpp::executors::SingleThreadedExecutor first, second;
+  first.add_node(a);
+  second.add_node(b);
+"""
+
+
+@pytest.mark.parametrize(
+    ("main", "found"),
+    [
+        (PAIR + "first.spin(); second.spin(); rclcpp::shutdown();", ["error"]),
+        ("rclcpp::spin(std::make_shared<Free>()); rclcpp::spin(std::make_shared<Other>());", ["error"]),
+        (PAIR + "if (argc > 1) { first.spin(); } else { second.spin(); }", []),
+        (PAIR + "if (argc > 1) { first.spin(); } second.spin();", []),
+        (PAIR + "std::thread other([&] { first.spin(); }); second.spin();", []),
+        (PAIR + "std::thread other([&] { wait(); first.cancel(); }); first.spin(); second.spin();", []),
+        (PAIR + "while (rclcpp::ok()) { first.spin_some(); second.spin_some(); }", []),
+        (PAIR + "first.spin_some(); second.spin();", []),
+        (PAIR + "first.add_node(b); first.spin(); second.spin();", []),
+    ],
+)
+def test_a_second_spin_of_the_main_function_never_begins(tmp_path: Path, main: str, found: list[str]) -> None:
+    """Unless code ends the first one. Before, the callbacks of the second were taken to run."""
+    assert never_run(tmp_path, GETS + AWAY, main, "int") == found
+
+
+def test_a_shutdown_in_a_callback_ends_the_first_spin(tmp_path: Path) -> None:
+    timer = "auto t = a->create_wall_timer(1s, [] { rclcpp::shutdown(); });"
+    main = PAIR + timer + "first.spin(); second.spin(); rclcpp::shutdown();"
+    assert not never_run(tmp_path, GETS + AWAY, main, "int")
