@@ -68,10 +68,11 @@ class Baseline:
         left = {key: sorted(ranks) for key, ranks in self._severities.items()}
 
         def is_known(finding: Finding) -> bool:
-            ranks = left.get(_key(finding.rule, finding.elements, finding.question), [])
-            if ranks and ranks[-1] >= _rank(finding.severity):
-                ranks.pop()
-                return True
+            for question in dict.fromkeys((finding.question, "")):  # older files have no texts
+                ranks = left.get(_key(finding.rule, finding.elements, question), [])
+                if ranks and ranks[-1] >= _rank(finding.severity):
+                    ranks.pop()
+                    return True
             return False
 
         new: dict[int, list[Finding]] = {}

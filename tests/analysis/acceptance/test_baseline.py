@@ -159,3 +159,8 @@ def test_a_property_with_another_text_is_another_question(tmp_path: Path, format
     assert known.apply(Report([same])).known == [same]
     after = known.apply(Report([changed]))
     assert (after.findings, after.known, after.gone) == ([changed], [], 1)
+
+
+def test_files_without_texts_of_properties_know_a_property_by_its_name() -> None:
+    found = Finding("property-violated", "error", ("Few",), "Few does not hold", question="always A <= 2")
+    assert Baseline([("property-violated", "error", ["Few"], "")]).apply(Report([found])).findings == []
