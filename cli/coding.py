@@ -129,8 +129,8 @@ class Code:
             )
         for line in unchecked_types(read):
             note(f"type: {line}")
-        found = [*missing_types(read), *code_findings(read)]
-        return coded(read, ", ".join(folder for folder, _ in read)), found
+        model = coded(read, ", ".join(folder for folder, _ in read))
+        return model, [*missing_types(read), *code_findings(read, model.modelled)]
 
     def mismatches(self, read: Coded, system: ObservedSystem) -> list[Finding]:
         """Return the faults of ports; without a launch file, programs may run apart."""

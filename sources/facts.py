@@ -155,6 +155,9 @@ class Effect:
     meanwhile : list of CallbackFact
         What else a goal begins, any number of times: callbacks of feedback and, if `then` is that of the
         result, of its acceptance.
+    variables : tuple of Variable
+        Of a loop that waits: the variables that it asks for, if it asks for nothing else. A model that has
+        them has the wait, too.
     """
 
     do: str
@@ -172,6 +175,7 @@ class Effect:
     is_repeated: bool = False
     order: int = 0
     meanwhile: list[CallbackFact] = field(default_factory=list)
+    variables: tuple[Variable, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """Return the effect in the schema of the facts."""

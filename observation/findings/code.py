@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import replace
 
 from dineros.analysis.witnesses.findings import Fault, Finding
@@ -81,7 +81,9 @@ _SPINS = (
 )
 
 
-def code_findings(read: Iterable[tuple[str, Facts]]) -> list[Finding]:
+def code_findings(
+    read: Iterable[tuple[str, Facts]], modelled: Collection[Effect] = frozenset()
+) -> list[Finding]:
     """Return the findings in the code of folders, in the order of the code.
 
     The elements of a finding are the names of node and callback. What a callback does at several lines is one
@@ -91,6 +93,8 @@ def code_findings(read: Iterable[tuple[str, Facts]]) -> list[Finding]:
     ----------
     read : iterable of (str, Facts)
         Each folder, with its facts.
+    modelled : collection of Effect
+        Waits that the model has: it shows whether they end.
     """
     found: list[tuple[str, int, Finding]] = []
     read = list(read)
@@ -111,7 +115,7 @@ def code_findings(read: Iterable[tuple[str, Facts]]) -> list[Finding]:
                     found += [_at(place, folder, finding) for place, finding in of_callback]
                     found += [
                         _at(place, folder, finding)
-                        for place, finding in own_waits(callback, node, facts.nodes)
+                        for place, finding in own_waits(callback, node, facts.nodes, modelled)
                     ]
             found += [_at(place, folder, finding) for place, finding in (*lock_waits(node), *unrun(node))]
         found += [_at(place, folder, finding) for place, finding in losses(facts.nodes)]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import replace
 
 from dineros.analysis.witnesses.findings import Fault, Finding, Severity
@@ -28,11 +28,17 @@ OWN = Fault(
 
 
 def own_waits(
-    callback: CallbackFact, node: NodeFact, nodes: Iterable[NodeFact]
+    callback: CallbackFact,
+    node: NodeFact,
+    nodes: Iterable[NodeFact],
+    modelled: Collection[Effect],
 ) -> Iterator[tuple[Place, Finding]]:
-    """Yield waits of a callback for an event or a rate that its own thread or group would have to serve."""
+    """Yield waits of a callback for an event or a rate that its own thread or group would have to serve.
+
+    Waits that the model has are left to it.
+    """
     who = said(callback, node)
-    for effect in callback.effects:
+    for effect in (each for each in callback.effects if each not in modelled):
         is_rate = (effect.do, effect.how) == ("sleep", "rate") and effect.at.file.endswith(".py")
         if is_rate and may_have_one_thread(node):  # in C++, a rate needs no timer
             words = "sleeps on a rate, whose timer needs the only thread, and never wakes up"

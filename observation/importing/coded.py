@@ -16,7 +16,7 @@ from dineros.observation.importing.of_code.node import CodedNode
 from dineros.observation.importing.of_code.ports import ports_of
 from dineros.observation.systems import ObservedNode, ObservedSystem
 from dineros.sources.alternatives import taken_of, types_of
-from dineros.sources.facts import Facts, NodeFact
+from dineros.sources.facts import Effect, Facts, NodeFact
 from dineros.sources.interfaces import Interfaces
 from dineros.sources.libraries.requested import waits_in_transition, with_requested
 
@@ -40,6 +40,8 @@ class Coded:
         that are not modelled. Proofs about the model may not hold for the code.
     programs : mapping of str to str
         The program of each node.
+    modelled : frozenset of Effect
+        Waits of loops that the model has by variables: findings about them come from the model.
     """
 
     system: ObservedSystem
@@ -48,6 +50,7 @@ class Coded:
     apart: ObservedSystem
     lacks: tuple[str, ...] = ()
     programs: Mapping[str, str] = field(default_factory=dict)
+    modelled: frozenset[Effect] = frozenset()
 
     def with_people(self, said: Given) -> Given:
         """Return the facts of the code, overridden by facts that users give."""
@@ -105,7 +108,8 @@ def coded(read: Iterable[tuple[str, Facts]], source: str) -> Coded:
     system = ObservedSystem(source, ordered, is_partial=True)
     lacks = (*unread(read), *taken.lacks)
     programs = {name: fact.program or name for fact, name in kept}
-    return Coded(system, Given(given, deciding=deciding), taken.lines, apart, lacks, programs)
+    modelled = frozenset(wait for one in coded_nodes for wait in one.modelled)
+    return Coded(system, Given(given, deciding=deciding), taken.lines, apart, lacks, programs, modelled)
 
 
 def _lack_transitions(nodes: Iterable[CodedNode], taken: Taken) -> None:

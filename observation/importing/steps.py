@@ -37,6 +37,11 @@ class Behaviour:
         default group.
     deciding : mapping of str to Deciding
         Topics with a field on which callbacks depend.
+
+    Attributes
+    ----------
+    modelled : set of Effect
+        Waits that the model has by variables.
     """
 
     def __init__(
@@ -54,6 +59,13 @@ class Behaviour:
         self._own = set(own)
         self._folder = folder
         self._taken = taken
+        self.modelled: set[Effect] = set()
+
+    def is_open(self, fact: CallbackFact) -> bool:
+        """Return whether a callback may take any steps."""
+        return fact.is_open or any(
+            each.entity is None and self._verb(each) is not None for each in fact.effects
+        )
 
     def steps(self, fact: CallbackFact) -> tuple[Step, ...] | None:
         """Return the steps of a callback, in order; None: any steps, if the code was not followed."""
@@ -68,7 +80,8 @@ class Behaviour:
             at = located(effect.at, self._folder)
             is_short = effect.what == TRANSFORM and not effect.is_repeated  # it ends by itself
             is_endless = effect.do == "wait_for_message" and effect.how == "without time-out"
-            if (effect.do == "wait" and not is_short) or is_endless:
+            is_wait = effect.do == "wait" and not is_short and effect not in self.modelled
+            if is_wait or is_endless:
                 self._taken.lack(
                     f"{at}: waits for {effect.what} ({effect.how}); in the model it continues at once"
                 )

@@ -229,7 +229,7 @@ FOLDERS = {
         *("conditions", "assigning", "running", "calls"),
     ],
     "sources/language/fields": ["messages", "responses"],
-    "sources/language/running": ["matching", "progress", "polling", "decorating", "statements"],
+    "sources/language/running": ["matching", "asking", "progress", "polling", "decorating", "statements"],
     "observation": [
         *(
             "systems",

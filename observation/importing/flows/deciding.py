@@ -88,7 +88,8 @@ class Decisions:
             if is_spun
         }
         self._flows: dict[tuple[CallbackFact, bool | None], Flow] = {}
-        self._variables = self._certain() if fact.variables else {}
+        self._known = self._followed_once()
+        self._variables = self._certain()
         while self._variables and not self._is_settled():
             self._flows.clear()
 
@@ -101,6 +102,16 @@ class Decisions:
             )
             for variable, name in self._variables.items()
             for texts in [_texts(variable)]
+        }
+
+    @property
+    def waits(self) -> set[Effect]:
+        """The waits of loops that the flows have: the model has all variables that the loops ask for."""
+        return {
+            each
+            for fact in self._known
+            for each in fact.effects
+            if each.variables and self._variables.keys() >= set(each.variables)
         }
 
     # ------------------------------------------------------------------------------------ flows of callbacks
@@ -264,8 +275,8 @@ class Decisions:
     def _is_followed(self, fact: CallbackFact) -> bool:
         return fact.body is not None and not fact.is_apart and not self._is_open(fact)
 
-    def _certain(self) -> dict[Variable, str]:
-        """Return the variables that only callbacks of the model set."""
+    def _followed_once(self) -> set[CallbackFact]:
+        """Return the callbacks with a flow that one entity, or the responses of one client, begin."""
         clients = [self._names[client] for client, _ in self._answers]
         answered = [
             fact
@@ -273,14 +284,17 @@ class Decisions:
             if clients.count(self._names[client]) == (1 if client.kind == "clients" else 2)
             for fact in answers.callbacks
         ]
-        known = {
+        return {
             fact
             for fact in (*self._called, *answered)
             if self._is_followed(fact) and answered.count(fact) + (fact in self._called) == 1
         }
+
+    def _certain(self) -> dict[Variable, str]:
+        """Return the variables that only callbacks of the model set."""
         loose: set[Variable] = set()
         for fact in self._fact.callbacks:
-            if fact not in known:
+            if fact not in self._known:
                 loose |= variables_set(fact.body or [])
         names: dict[Variable, str] = {}
         for variable in self._fact.variables:

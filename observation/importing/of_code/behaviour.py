@@ -61,11 +61,14 @@ class _Behaving:
             node.fact,
             node.names,
             behaviour.in_branch,
-            lambda fact: behaviour.steps(fact) is None,
+            behaviour.is_open,
             node.is_spun,
             node.folder,
             node.deciding,
         )
+
+        self._node.modelled |= self._decisions.waits
+        behaviour.modelled = self._node.modelled
 
     def given(self) -> GivenNode:
         """Return the node's behaviour from the code."""

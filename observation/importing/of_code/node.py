@@ -8,7 +8,7 @@ from dineros.metamodel.ros_names import snake_case
 from dineros.observation.importing.assuming import Taken
 from dineros.observation.importing.flows.labels import Deciding
 from dineros.observation.importing.groups.of_node import GroupsOfNode
-from dineros.sources.facts import Entity, NodeFact, is_open
+from dineros.sources.facts import Effect, Entity, NodeFact, is_open
 from dineros.sources.places import Place, located
 from dineros.sources.resolving import full_name_of, full_node_name
 
@@ -37,6 +37,8 @@ class CodedNode:
         The entity that is used, of those of one kind and name.
     deciding : dict of str to Deciding
         Fields of messages that decide what a callback does, by the name of the topic or service.
+    modelled : set of Effect
+        Waits of loops that the model has, because it has the variables that they ask for.
     """
 
     def __init__(self, fact: NodeFact, taken: Taken, folder: str) -> None:
@@ -59,6 +61,7 @@ class CodedNode:
         self.name = full_node_name(fact)
         self.groups = GroupsOfNode(fact, taken, self.at)
         self.deciding: dict[str, Deciding] = {}
+        self.modelled: set[Effect] = set()
         self.is_spun = fact.threads != "not spun"
         self.names: dict[Entity, str] = {}
         self.renamed: dict[Entity, str] = {}

@@ -9,48 +9,22 @@ from dataclasses import dataclass
 from dineros.sources.branches import Compared, Condition, parts
 from dineros.sources.facts import CallbackFact, Effect
 from dineros.sources.language.endings import asks_for_shutdown, exits_of, runs_callbacks
-from dineros.sources.language.expressions import shared, shared_name
 from dineros.sources.language.machine import EVENT
 from dineros.sources.language.modules import Modules
-from dineros.sources.language.running.matching import Matching
+from dineros.sources.language.running.asking import CANCEL, Asking
 from dineros.sources.language.running.progress import is_quiet, makes_progress, sleeps_itself, stored_names
 from dineros.sources.language.values import (
     SETTINGS,
-    Bound,
     Const,
     Frame,
-    Function,
-    Future,
-    Goal,
-    Items,
-    Made,
-    Mapping,
-    Message,
     Object,
     Open,
-    Outside,
-    OutsideMethod,
-    Response,
-    Text,
-    is_none,
-    options,
 )
 from dineros.sources.unknown_ends import ONE_VALUE, UNKNOWN_END
 
 POLLED = "polled, without time-out"
 _QUIET = ("sleep", "loop", "publish", "publish_feedback", "log")
 """What the body of such a loop does; anything else says by itself what it waits for."""
-CANCEL = "a request to cancel the goal"
-"""What a loop waits for that tests whether a goal shall be canceled."""
-_ASK = ("len", "bool", "any", "all", "isinstance", "sum", "min", "max", "abs", "set", "list", "sorted")
-"""Built-in functions whose value changes only with their arguments."""
-_LOOK = ("empty", "qsize", "full", "get", "keys", "values", "items", "copy")
-"""Methods of containers that change nothing."""
-_PARTS = (
-    *(ast.BoolOp, ast.UnaryOp, ast.Compare, ast.BinOp, ast.Subscript, ast.Tuple, ast.List, ast.Set),
-    *(ast.boolop, ast.unaryop, ast.cmpop, ast.operator, ast.expr_context, ast.Slice),
-)
-"""Parts of a test whose value depends only on their own parts."""
 
 
 @dataclass(frozen=True)
@@ -91,7 +65,7 @@ class Poll:
     sleeps_until: bool
 
 
-class Polling(Matching):
+class Polling(Asking):
     """The part of the interpreter that recognises loops that wait for attributes.
 
     Attributes
@@ -103,9 +77,6 @@ class Polling(Matching):
     def __init__(self, modules: Modules, program: str) -> None:
         super().__init__(modules, program)
         self.found: list[Poll] = []
-        self._polled: list[tuple[Object, str]] = []
-        self._stored: frozenset[str] = frozenset()
-        self._has_shared = False
 
     def polls(self, node: ast.While, frame: Frame, loop: Effect, condition: Condition, before: int) -> None:
         """Record that a loop waits for attributes that it does not change itself.
@@ -127,8 +98,8 @@ class Polling(Matching):
         if fact.kind in ("main", "module", "constructor", "thread", EVENT) or tests is None:
             return
         changes = self.attributes.changed[before:]
-        self._polled, self._stored, self._has_shared = [], stored_names(node), False
-        names, sleeps_until = self._all(tests, frame, 3), self._sleeps_until(node, loop, tests)
+        self.asked, self.stored, self.has_shared = [], stored_names(node), False
+        names, sleeps_until = self.depend_on(tests, frame, 3), self._sleeps_until(node, loop, tests)
         is_unknown = names is None or (not names and self._asks_open(tests, frame))
         if is_unknown and sleeps_until:
             self.effect("wait", f"the end of the loop {loop.what}", node, frame, UNKNOWN_END)
@@ -143,7 +114,7 @@ class Polling(Matching):
         words = " or ".join(sorted(names))
         wait = self.effect("wait", words, node, frame, POLLED)
         test = condition if len(tests) == 1 else None
-        asked = [] if self._has_shared else self._polled
+        asked = [] if self.has_shared else self.asked
         self.found.append(
             Poll(
                 *(fact, wait, loop, loop.how, frozenset(names), test, asked),
@@ -205,112 +176,6 @@ class Polling(Matching):
         is_plain = all(isinstance(each, _OF_LOCALS) for each in parts_) and names <= frame.names.keys()
         return bool(names) and is_plain and self.decide(test, frame) == (False, "")
 
-    def _depends_on(self, test: ast.AST, frame: Frame, depth: int) -> set[str] | None:
-        """Return the attributes and events on which the value of a test depends; None: on something else."""
-        if isinstance(test, ast.Constant):
-            return set()
-        if isinstance(test, ast.Name):
-            return self._of_variable(test.id, frame)
-        if isinstance(test, _PARTS):
-            return self._all(ast.iter_child_nodes(test), frame, depth)
-        if isinstance(test, ast.Attribute):
-            return self._of_attribute(test, frame, depth)
-        return self._of_call(test, frame, depth) if isinstance(test, ast.Call) and depth else None
-
-    def _of_variable(self, name: str, frame: Frame) -> set[str] | None:
-        """Return what a variable depends on: itself, if other functions change it."""
-        value = self.variable(name, frame)
-        if name in frame.names:
-            is_shared = frame.function is not None and name in shared(frame.function)
-            outer: Frame | None = frame
-        else:
-            outer = frame.outer
-            while outer is not None and name not in outer.names and self.holder_of(outer) is None:
-                outer = outer.outer
-            holder = None if outer is None else self.holder_of(outer)
-            slot = None if holder is None else holder.slots.get(name)
-            is_shared = slot is not None and len(slot.values) > 1
-        if is_shared and outer is not None:
-            self._has_shared = True
-            return {shared_name(name, outer)}
-        is_kept = name in frame.names.keys() - self._stored
-        able = (Const, Outside, Open, OutsideMethod, Text) if is_kept else (Const, Outside)
-        return set() if all(isinstance(each, able) for each in options(value)) else None
-
-    def _all(self, tests: Iterable[ast.AST], frame: Frame, depth: int) -> set[str] | None:
-        found: set[str] = set()
-        for test in tests:
-            names = self._depends_on(test, frame, depth)
-            if names is None:
-                return None
-            found |= names
-        return found
-
-    def _of_attribute(self, test: ast.Attribute, frame: Frame, depth: int) -> set[str] | None:
-        value = self.alone(test.value, frame)
-        if isinstance(value, Object):
-            found = self.look_up(value.cls, test.attr)
-            if isinstance(found, Function):
-                return self._of_function(Bound(found, value), depth)
-            inner = (
-                self._depends_on(test.value, frame, depth) if isinstance(test.value, ast.Attribute) else set()
-            )
-            self._polled.append((value, test.attr))
-            return None if inner is None else {*inner, test.attr}
-        if isinstance(value, Outside):
-            return set()  # a constant of a library
-        if isinstance(value, Goal) and test.attr == "is_cancel_requested":
-            return {CANCEL}
-        if self._is_message(test, frame):
-            return set()
-        if isinstance(value, Open):
-            return None
-        return self._depends_on(test.value, frame, depth)
-
-    def _is_message(self, test: ast.expr, frame: Frame) -> bool:
-        """Return whether an expression is a message that nothing changes, or a field of one."""
-        name = ""
-        while isinstance(test, (ast.Attribute, ast.Subscript)):
-            name = test.attr if isinstance(test, ast.Attribute) else name
-            test = test.value
-        value = frame.names.get(test.id) if isinstance(test, ast.Name) else None
-        return isinstance(value, (Message, Response)) or (isinstance(value, Goal) and name == "request")
-
-    def _of_call(self, test: ast.Call, frame: Frame, depth: int) -> set[str] | None:
-        if isinstance(test.func, ast.Attribute) and test.func.attr == "done":
-            futures = [each for each in options(self.evaluate(test.func.value, frame)) if not is_none(each)]
-            if futures and all(isinstance(each, Future) and each.effect is not None for each in futures):
-                return set()  # the effect says how the code waits
-        function = self.alone(test.func, frame)
-        if not isinstance(function, Bound) and asks_for_shutdown(test):
-            return set()  # it ends at shutdown
-        if isinstance(function, Outside) and function.path.removeprefix("builtins.") in _ASK:
-            return self._all(test.args, frame, depth)
-        if isinstance(function, Bound) and not test.args and not test.keywords:
-            return self._of_function(function, depth)
-        if not isinstance(function, OutsideMethod) or not isinstance(test.func, ast.Attribute):
-            return None
-        value = function.instance
-        asks = f".{value.path.rpartition('.')[2]}.{test.func.attr}" if isinstance(value, Made) else ""
-        if isinstance(value, Made) and asks in (".Event.is_set", ".Future.done"):
-            return {value.name or value.path}
-        if isinstance(value, (Items, Mapping)) and test.func.attr in _LOOK:
-            return self._all([test.func.value, *test.args], frame, depth)
-        return None
-
-    def _of_function(self, bound: Bound, depth: int) -> set[str] | None:
-        """Return what the result of a method depends on that only returns an expression."""
-        function = bound.function
-        body = [each for each in getattr(function.node, "body", []) if not _is_text(each)]
-        wanted = function.node.args.args
-        if len(body) != 1 or not isinstance(body[0], ast.Return) or body[0].value is None or not wanted:
-            return None
-        names = {wanted[0].arg: bound.instance}
-        inner = Frame(
-            function.frame.module, names, function.frame, function=function, instance=bound.instance
-        )
-        return self._depends_on(body[0].value, inner, depth - 1) if depth else None
-
 
 def _conjuncts(test: ast.expr) -> list[ast.expr]:
     return test.values if isinstance(test, ast.BoolOp) and isinstance(test.op, ast.And) else [test]
@@ -322,15 +187,11 @@ _OF_LOCALS = (
 )
 
 
-def _is_text(statement: ast.stmt) -> bool:
-    return isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant)
-
-
 def add_setters(machine: Polling, is_known: Callable[[Object, str], bool]) -> None:
     """Give each callback that changes what a loop polls an effect that says so.
 
-    Waits that the model itself has, by variables, are left out. A loop whose attributes have one value in the
-    whole program says that it never ends.
+    A wait that asks only for variables says which: a model may have them. A loop whose attributes have one
+    value in the whole program says that it never ends.
 
     Parameters
     ----------
@@ -361,13 +222,12 @@ def add_setters(machine: Polling, is_known: Callable[[Object, str], bool]) -> No
             poll.loop.how = f"{ONE_VALUE} {' or '.join(sorted(poll.names))}"
         elif not setters:
             poll.loop.how = poll.why
-        is_variable = asked and all(_is_in(kept, each) for each in asked)
-        is_variable = is_variable and all(
-            _is_in_model(machine, each) for each in (poll.fact, *setters.values())
-        )
-        if not setters or is_endless or is_off or is_variable:
+        if not setters or is_endless or is_off:
             poll.fact.effects.remove(poll.wait)
             continue
+        compared = [each for each in asked if isinstance(each, Compared) and id(each.variable) in kept]
+        if len(compared) == len(asked):
+            poll.wait.variables = tuple(dict.fromkeys(each.variable for each in compared))
         for fact in setters.values():
             if fact is poll.fact:
                 continue  # before or after the loop
@@ -380,23 +240,3 @@ def _has_one_value(holder: Object, name: str) -> bool:
         return True  # of its class
     is_fixed = not slot.is_off and not slot.is_setting
     return is_fixed and len(slot.values) == 1 and isinstance(slot.values[0], Const)
-
-
-def _is_in_model(machine: Polling, fact: CallbackFact) -> bool:
-    """Return whether models have what a callback sets: one entity begins it, which is always there."""
-    if fact.kind not in ("subscription", "timer", "service", "execute", "done callback") or fact.body is None:
-        return False
-    entities = [each for node in machine.nodes for each in node.entities if fact in each.callbacks.values()]
-    effects = [
-        each
-        for callback in machine.callbacks.values()
-        for each in callback.fact.effects
-        if each.then is fact and each.entity is not None
-    ]
-    return len(entities) + len(effects) == 1 and not any(
-        each.details.get(key) for each in entities for key in ("created_in", "instances", "conditional")
-    )
-
-
-def _is_in(kept: set[int], test: Condition) -> bool:
-    return isinstance(test, Compared) and id(test.variable) in kept
