@@ -41,7 +41,7 @@ from dineros.sources.libraries.applying import Idioms
 from dineros.sources.libraries.built_ins import BuiltIns
 from dineros.sources.libraries.command_line import PARSER, call_parser
 from dineros.sources.libraries.doing import QUEUES, Doer, Keys, seconds, within
-from dineros.sources.libraries.executors import Executors
+from dineros.sources.libraries.executing.executors import Executors
 from dineros.sources.libraries.idioms import Idiom
 from dineros.sources.libraries.making import CREATES, Maker
 from dineros.sources.libraries.transforms import BUFFERS, timeout_of

@@ -230,6 +230,7 @@ FOLDERS = {
     ],
     "sources/language/fields": ["messages", "responses"],
     "sources/language/running": ["matching", "asking", "progress", "polling", "decorating", "statements"],
+    "sources/libraries/executing": ["placing", "executors"],
     "observation": [
         *(
             "systems",

@@ -1,0 +1,1 @@
+"""Executors, the nodes that they run, and threads."""
