@@ -426,4 +426,11 @@ def test_metadata_have_a_limited_size(tmp_path: Path) -> None:
     topic = "{name: /b, type: std_msgs/msg/Empty, serialization_format: cdr}"
     row = f"\n    - {{topic_metadata: {topic}, message_count: 0}}"
     bag = folder(tmp_path / "long", topics_with_message_count=row * 25_000)
-    assert "metadata.yaml: " in said(bag) and "2 MiB" in said(bag)
+    assert "metadata.yaml: is larger than 2 MiB" in said(bag)
+
+
+def test_metadata_have_a_limited_number_of_values(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("dineros.observation.recordings.plain_yaml.MOST", 1000)
+    assert "has more than 1,000 values" in said(folder(tmp_path / "many", a=f"[{'a, ' * 1000}]"))
+    with Recording(folder(tmp_path / "few", a=f"[{'a, ' * 900}]")) as recording:
+        assert recording.count == 1
