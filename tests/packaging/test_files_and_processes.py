@@ -26,6 +26,7 @@ OTHERWISE_OPENED = {
     "metamodel/files/confined.py": "this is how folders are opened",
     "metamodel/files/locking.py": "a folder is locked, which is not a file",
     "metamodel/files/reading.py": "this is how files are opened",
+    "metamodel/files/whole_folders.py": "a folder of our own is locked, which is not a file",
     "metamodel/generate.py": "our own code",
     "runtime/ros/process/domains.py": "empty files that are locks; links are not followed",
     "runtime/ros/process/memory.py": "shared memory; links are not followed",
