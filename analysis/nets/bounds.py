@@ -24,6 +24,7 @@ from typing import TypeAlias
 import numpy as np
 
 from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.nets.graph_parts import strongly_connected_parts
 from dineros.analysis.nets.linear_programs import LinearProgram, in_whole_numbers
 from dineros.analysis.nets.semiflows import in_order, semiflows
 from dineros.analysis.nets.siphons import unmarked_siphon
@@ -71,10 +72,8 @@ def _bounds_by(net: CompiledNet, flows: Iterable[PlaceInvariant]) -> list[Bound 
     if unknown:
         _bound_by_programs(net, unknown, bounds, weightings, producers)
     for weights in weightings.values():
-        for place in weights:
-            known = bounds[place]
-            if known is not None and known.value > 1:
-                _use(net, bounds, _flowing_to(net, producers, weights, place))
+        if any(_value(bounds[place]) > 1 for place in weights):
+            _use_parts(net, bounds, producers, weights)
     _improve(net, [place for place in by_flows if _value(bounds[place]) > 1], bounds, producers)
     return bounds
 
@@ -261,22 +260,54 @@ def grown(net: CompiledNet, places: Iterable[int], producers: Sequence[Sequence[
     return group
 
 
-def _flowing_to(
-    net: CompiledNet, producers: Sequence[Sequence[int]], weights: dict[int, int], place: int
-) -> dict[int, int]:
-    """The part of a weighting from which tokens can flow to `place`.
+def _use_parts(
+    net: CompiledNet,
+    bounds: list[Bound | None],
+    producers: Sequence[Sequence[int]],
+    weights: dict[int, int],
+) -> None:
+    """Improve the bounds of places by the parts of a weighting from which tokens can flow to them.
 
-    Each transition takes from the part what it produces into the part; removing its other outputs only
-    decreases the sum, so the part is also a valid weighting.
+    Each transition takes from such a part what it produces into the part; removing its other outputs only
+    decreases the sum, so the part is also a valid weighting. Its sum depends on the marked places in it
+    alone. So places to which tokens flow from the same marked places share one part.
     """
-    part = {place}
-    open_places = [place]
+    sources = {
+        place: {p for t in producers[place] for p, n in net.delta[t].items() if n < 0 and p in weights}
+        for place in weights
+    }
+    marked = {place: 1 << i for i, place in enumerate(p for p in weights if net.initial[p])}
+    above: dict[int, int] = {}  # by place: the marked places from which tokens can flow to it, as bits
+    sharing: defaultdict[int, list[int]] = defaultdict(list)
+    for component in strongly_connected_parts(sources):
+        members, bits = set(component), 0
+        for place in component:
+            bits |= marked.get(place, 0)
+            for source in sources[place] - members:
+                bits |= above[source]
+        for place in component:
+            above[place] = bits
+        sharing[bits] += component
+    for bits, places in sharing.items():
+        total = sum(int(net.initial[p]) * weights[p] for p, bit in marked.items() if bits & bit)
+        better = [p for p in places if total // weights[p] < _value(bounds[p])]
+        if better:
+            part = _flowing_to(sources, weights, better)
+            for place in better:
+                bounds[place] = Bound(total // weights[place], part)
+
+
+def _flowing_to(
+    sources: Mapping[int, Iterable[int]], weights: Mapping[int, int], places: Iterable[int]
+) -> dict[int, int]:
+    """Return the part of a weighting from which tokens can flow to some places, these included."""
+    part = set(places)
+    open_places = list(part)
     while open_places:
-        for t in producers[open_places.pop()]:
-            for p, tokens in net.delta[t].items():
-                if tokens < 0 and p in weights and p not in part:
-                    part.add(p)
-                    open_places.append(p)
+        for source in sources[open_places.pop()]:
+            if source not in part:
+                part.add(source)
+                open_places.append(source)
     return {p: weights[p] for p in sorted(part)}
 
 

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import example, given, settings
 from numpy.typing import NDArray
 
+from dineros.analysis.nets import bounds as bounds_module
 from dineros.analysis.nets.bounds import flows_and_bounds, place_bounds
 from dineros.analysis.nets.compiled import CompiledNet, NetError
 from dineros.analysis.nets.linear_programs import LinearProgram
@@ -208,3 +209,43 @@ def test_importing_the_package_does_not_import_numba() -> None:
 def test_bounds_are_proved_once_for_a_net() -> None:
     net = CompiledNet.build({"a": 1, "b": 0}, [("t", {"a": 1}, {"b": 1})])
     assert place_bounds(net) is place_bounds(net)
+
+
+def test_parts_of_a_weighting_are_sought_once_for_places_after_the_same_marked_places(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    # One search per place took 40 s for 17 000 places.
+    chain = ["first", *(f"p{i}" for i in range(200))]
+    moves = [(f"t{i}", {a: 1}, {b: 1}) for i, (a, b) in enumerate(itertools.pairwise(chain))]
+    ends = [("end", {chain[-1]: 1}, {"last": 1}), ("other", {"second": 1}, {"last": 1})]
+    net = CompiledNet.build(
+        {"first": 2, "second": 1, "last": 0} | dict.fromkeys(chain[1:], 0), [*moves, *ends]
+    )
+    calls: list[object] = []
+    flowing = bounds_module._flowing_to
+    monkeypatch.setattr(bounds_module, "_flowing_to", lambda *given: calls.append(given) or flowing(*given))
+    values = {
+        place: bound and bound.value for place, bound in zip(net.places, place_bounds(net), strict=True)
+    }
+    assert values == {**dict.fromkeys(chain, 2), "second": 1, "last": 3}
+    assert len(calls) <= 3
+
+
+@given(nets())
+@settings(max_examples=100, deadline=None)
+def test_parts_of_a_weighting_give_the_least_sums(net: CompiledNet) -> None:
+    producers = bounds_module.producers_of(net)
+    for flow in semiflows(net) or []:
+        found: list[bounds_module.Bound | None] = [None] * len(net.places)
+        bounds_module._use(net, found, flow.weights)
+        bounds_module._use_parts(net, found, producers, flow.weights)
+        for place, weight in flow.weights.items():
+            part, size = {place}, 0
+            while len(part) > size:
+                size = len(part)
+                into = {t for p in part for t in producers[p]}
+                part |= {p for t in into for p, n in net.delta[t].items() if n < 0 and p in flow.weights}
+            bound = found[place]
+            assert bound is not None
+            assert bound.value == sum(int(net.initial[p]) * flow.weights[p] for p in part) // weight
+            assert not bounds_module.grows(net, bound.weights)

@@ -30,6 +30,7 @@ GUARDS = (
     Guard("{0}.level >= 1 and not {0}.ok = false", lambda data: data[1] >= 1 and data[0]),
     Guard("({0}.level between 1 and 2 or {0}.ok = true)", lambda data: data[1] >= 1 or data[0]),
     Guard("{0}.level NOT BETWEEN 0 AND 1", lambda data: data[1] == 2),
+    Guard("{0}.ok = false or {0}.level <> {0}.level", lambda data: not data[0]),
 )
 
 
