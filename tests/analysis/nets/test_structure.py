@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from typing import Any
 
 import networkx as nx
 import numpy as np
@@ -223,7 +224,12 @@ def test_parts_of_a_weighting_are_sought_once_for_places_after_the_same_marked_p
     )
     calls: list[object] = []
     flowing = bounds_module._flowing_to
-    monkeypatch.setattr(bounds_module, "_flowing_to", lambda *given: calls.append(given) or flowing(*given))
+
+    def counted(*given: Any) -> dict[int, int]:
+        calls.append(given)
+        return flowing(*given)
+
+    monkeypatch.setattr(bounds_module, "_flowing_to", counted)
     values = {
         place: bound and bound.value for place, bound in zip(net.places, place_bounds(net), strict=True)
     }
