@@ -170,11 +170,12 @@ def _walks() -> None:
 
 
 def _state_classes() -> None:
-    """Compile the search through state classes: linear, strong and atomic, by equality and by inclusion."""
+    """Compile the search through state classes of all kinds, and schedules of runs."""
     from fractions import Fraction
 
     from dineros.analysis.timed.atomic import AtomicSearch
     from dineros.analysis.timed.nets import Interval, TimedNet
+    from dineros.analysis.timed.schedules import schedule
     from dineros.analysis.timed.search import ClassSearch
 
     work = Transition("work", {"p": 1}, {"q": 1})
@@ -194,6 +195,7 @@ def _state_classes() -> None:
     cutting = AtomicSearch(net, Budget(MEMORY))
     cutting.run()
     cutting.enlarge_table()
+    schedule(net, [0, 1])
 
 
 PARTS: dict[str, Callable[[], None]] = {

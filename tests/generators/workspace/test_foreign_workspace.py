@@ -236,7 +236,10 @@ for number, writes in enumerate(range(0, 60, 5)):
             real(*arguments, **options)
 
         os.replace = replace
-        generate(kitchen(), Path(sys.argv[1]) / f"ws{number}", Options(source="kitchen.sym.xmi"))
+        workspace = Path(sys.argv[1]) / f"ws{number}"
+        if number % 2:
+            workspace.mkdir()
+        generate(kitchen(), workspace, Options(source="kitchen.sym.xmi"))
         os._exit(0)
     assert os.waitpid(child, 0)[1] == signal.SIGKILL
 """
@@ -244,15 +247,18 @@ for number, writes in enumerate(range(0, 60, 5)):
 
 @pytest.mark.long
 def test_killed_runs_leave_nothing_to_the_next(tmp_path: Path) -> None:
-    """They are killed when a file is written and not yet in its place."""
+    """They are killed when a file is not yet in its place, in a new folder or in one that exists."""
     generate(kitchen(), tmp_path / "whole", OPTIONS)
     subprocess.run([sys.executable, "-c", KILLING, str(tmp_path)], check=True, timeout=300)
     whole = {path.relative_to(tmp_path / "whole") for path in (tmp_path / "whole").rglob("*")}
     for number in range(12):
         workspace = tmp_path / f"ws{number}"
-        assert list(workspace.rglob("*.dineros-tmp"))
+        assert workspace.exists() == bool(number % 2)
+        left = workspace if number % 2 else tmp_path / f".ws{number}.0.dineros-tmp"
+        assert list(left.rglob("*.dineros-tmp"))
         generate(kitchen(), workspace, OPTIONS)
         assert {path.relative_to(workspace) for path in workspace.rglob("*")} == whole
+    assert not list(tmp_path.rglob("*.dineros-tmp"))
 
 
 def test_leftovers_go_where_their_file_is_generated_no_longer(workspace: Path) -> None:

@@ -185,7 +185,7 @@ def test_a_managed_node_that_is_not_configured_is_not_active() -> None:
 def test_a_node_with_very_much_to_tell_says_how_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("dineros.runtime.application.line.LONGEST", 150)
     net = Net(next(each for each in split(talker()) if each.node.id == "talker"))
-    monkeypatch.setattr("dineros.runtime.nodes.steering.outlook", lambda core: ({}, ["Say"] * 100))
+    monkeypatch.setattr("dineros.runtime.nodes.steering.enabled", lambda core: ["Say"] * 100)
     steered, remote = SteeredNet(net), RemoteNode("talker")
     ours, theirs = socket.socketpair()
     remote.connect(ours)
