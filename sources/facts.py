@@ -47,10 +47,17 @@ TAKES_AWAY, MAY_TAKE_AWAY = "takes the node away", "may take the node away"
 """The way of spinning that takes a node out of an executor that runs it, or runs later without it."""
 BARRIER = "barrier"
 """The way of ending a wait at a barrier, at which the callback waits, too."""
+ALONE = "none"
+"""The executor of a callback group in C++ that does not go with its node, and that no executor gets."""
+PERHAPS_ALONE = "none that is known"
+"""The same, where other code may give it to an executor."""
 UNSPUN = "none that spins"
 """The executor of a node or a callback group in C++ that only an executor gets that never spins."""
 NO_SPIN = "open: no spin was seen"
 """Executor of a node that no code in the folder spins."""
+
+FOREVER = 1e8
+"""Seconds from which on a time-out, a deadline or a lease counts as none."""
 
 HELD = "held already"
 """The way of taking a lock that the same callback already holds and that is not recursive."""

@@ -116,7 +116,7 @@ class Engines:
         around = self._works.around[place]
         moves = self._works.moves
         if ports_at(place) != [reader] or reader.inHand is not None or place.capacity or place.tokens:
-            raise _OpenError(f"place {label(place)} holds more than one message of its topic")
+            raise _OpenError(f"place {label(place)} has other ports, tokens, a capacity or a limit")
         if any(moves[each].puts[place] or moves[each].needs(place) > 1 for each in around):
             raise _OpenError(f"transitions of node {label(node)} put messages back, or take several")
         found = [

@@ -80,7 +80,8 @@ def fix_of(model: sym.SystemModel, finding: Finding, budget: Budget) -> Fix | No
 def is_cause(model: pn.Net, finding: Finding) -> bool:
     """Return whether a fault is of a kind that may have consequences.
 
-    A service that never returns is a cause where no node was seen that serves it; otherwise it has one.
+    A service that never returns is a cause if no node that serves it was seen. Otherwise, something in its
+    server is the cause.
     """
     if finding.rule == NO_RETURN.rule:
         return is_unseen(node_net_of(find(model, finding.elements[0], sym.ServiceChannel).server.entry))

@@ -31,7 +31,7 @@ OPEN = "time ran out before it was known whether only a time-out leads there"
 def about_precautions(subject: Subject, report: Report, budget: Budget) -> Report:
     """Return a report in which transitions that are precautions are notes.
 
-    A transition of which it stays open whether it is one is no finding, but unknown.
+    If time runs out before it is known whether a transition is one, the report says so instead of a finding.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def about_precautions(subject: Subject, report: Report, budget: Budget) -> Repor
 def _precautions(
     subject: Subject, some: Sequence[Finding], budget: Budget
 ) -> tuple[list[Finding], list[Finding]]:
-    """Return which of some findings are precautions, and which may be.
+    """Return which of some findings are precautions, and for which this is not known.
 
     A precaution never fires without times if no client gives up, and can fire if clients may give up.
     """
@@ -72,12 +72,12 @@ def _precautions(
         never, is_open = _never(base_subject(model), dead, budget)
     used = used_in_runs(subject, never, budget.share(SHARE))
     rest = [each for each in never if each not in used]
-    unmet = _never(subject, rest, budget)[1] if rest else []
-    return used, [*is_open, *unmet]
+    undecided = _never(subject, rest, budget)[1] if rest else []
+    return used, [*is_open, *undecided]
 
 
 def _never(subject: Subject, some: Sequence[Finding], budget: Budget) -> tuple[list[Finding], list[Finding]]:
-    """Return which transitions of some findings never fire without times, and of which that is open."""
+    """Return the findings whose transitions never fire without times, and those for which this is open."""
     used = used_in_runs(subject, some, budget.share(SHARE))
     rest = [each for each in some if each not in used]
     if not rest:

@@ -45,7 +45,7 @@ def folded_quickly(
     left = [each for each in some if is_unused_part(each)]
     fixed = list[tuple[Finding, Subject]]()
     for cause in sorted(causes, key=lambda each: each.rule == Callbacks.CIRCLE.rule):  # one change each first
-        for subject in _fixed(model, cause) if left and is_proved(cause.rule) else ():
+        for subject in _fixed(model, cause, budget) if left and is_proved(cause.rule) else ():
             used = used_in_plans(subject, left)
             left = _without(left, used)
             if used:
@@ -67,7 +67,7 @@ def _without(some: Sequence[Finding], used: Sequence[Finding]) -> list[Finding]:
     return [each for each in some if not any(each is one for one in used)]
 
 
-def _fixed(model: sym.SystemModel, cause: Finding) -> Iterator[Subject]:
+def _fixed(model: sym.SystemModel, cause: Finding, budget: Budget) -> Iterator[Subject]:
     """Yield the nets of models in which a cause is fixed, one for each change that is known at once."""
     if cause.rule != Callbacks.CIRCLE.rule:
         fix = fix_of(model, cause, UNLIMITED)
@@ -80,6 +80,8 @@ def _fixed(model: sym.SystemModel, cause: Finding) -> Iterator[Subject]:
         return
     circle = circle_of(cause)
     for changes in () if circle is None else against_circle(Changes(), circle):
+        if budget.is_over:
+            return
         changed = changes.applied(model)
         if _is_valid(changed):
             subject = base_subject(changed)

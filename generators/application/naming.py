@@ -278,13 +278,13 @@ def require_lifecycle_names(model: sym.SystemModel) -> None:
     """
     places = [((node.namespace or "").rstrip("/"), resource_name(label(node))) for node in node_nets(model)]
     added = set[str]()
-    for above, name in places:
-        own = f"{above}/{name}"
+    for above, node in places:
+        own = f"{above}/{node}"
         added |= reserved_services(own, {}, True).keys() - reserved_services(own, {}, False).keys()
         added |= reserved_topics(own, {}, True).keys() - reserved_topics(own, {}, False).keys()
     for channel in model.channels:
-        said = getattr(channel, "topic", None) or getattr(channel, "service", None)
-        for taken in sorted(added & {full_name(said, *place) for place in places} if said else ()):
+        name = getattr(channel, "topic", None) or getattr(channel, "service", None)
+        for taken in sorted(added & {full_name(name, *place) for place in places} if name else ()):
             raise NamingError(
                 f"{taken} of {channel.id!r} is a name that a lifecycle node has itself",
                 element=channel.id,

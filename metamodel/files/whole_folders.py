@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import fcntl
 import itertools
 import os
@@ -16,7 +17,7 @@ from dineros.metamodel.errors import DinerosError, Location, ModelFileError
 
 @contextlib.contextmanager
 def whole_folder(folder: Path) -> Iterator[Path]:
-    """Yield the folder to write to; after an error, there is no new folder, nor a part of one.
+    """Yield the folder to write to. If an error is raised, the new folder and all its files are removed.
 
     A new folder is first a temporary one next to it, `.NAME.N.dineros-tmp`, which its writer locks until it
     is renamed. One without a lock was left by a writer that was killed; the next writer removes it. A folder
@@ -79,9 +80,13 @@ def _create(folder: Path) -> tuple[Path, int]:
                 if is_new:
                     continue  # was taken for left behind before it was locked
                 break
+            is_locked = True
             try:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except OSError:
+            except OSError as error:
+                # A file system without locks: a new folder is used, and others are left alone.
+                is_locked = is_new and error.errno not in (errno.EWOULDBLOCK, errno.EACCES)
+            if not is_locked:
                 os.close(lock)
                 break
             if is_new and os.fstat(lock).st_nlink:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from dineros.analysis.witnesses.findings import Fault, Finding
-from dineros.sources.facts import UNSPUN, Entity, NodeFact
+from dineros.sources.facts import ALONE, PERHAPS_ALONE, UNSPUN, Entity, NodeFact
 from dineros.sources.places import Place
 
 UNRUN = Fault(
@@ -28,14 +28,14 @@ def unrun(node: NodeFact) -> Iterator[tuple[Place, Finding]]:
     for group in node.of("groups"):
         executor = group.details.get("executor", "")
         held = [each for kind in _CALLED for each in node.of(kind) if each.group is group and each.is_enabled]
-        if not held or not executor.startswith("none"):
+        if not held or executor not in (ALONE, PERHAPS_ALONE, UNSPUN):
             continue
         names = _names(held)
         what = (
             f"callback group {group.port} of {node.name} does not go with its node "
             "(automatically_add_to_executor_with_node = false), and"
         )
-        is_certain = executor != "none that is known"
+        is_certain = executor != PERHAPS_ALONE
         words = f"no executor gets it: the callbacks of {names} never run"
         if executor == UNSPUN:
             words = f"the executor that gets it never spins: the callbacks of {names} never run"

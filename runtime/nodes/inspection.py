@@ -15,7 +15,7 @@ from dineros.runtime.nodes.status import ErrorReport
 
 @dataclass(frozen=True, kw_only=True)
 class Inspection(Snapshot):
-    """All that a net shows of itself at one moment: its `Snapshot`, its tokens, and what they wait for.
+    """The complete state of a node at one moment: its `Snapshot`, its tokens, and its enabled transitions.
 
     Attributes
     ----------

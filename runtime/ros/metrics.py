@@ -186,7 +186,7 @@ class MetricsServer:
                 super().process_request(request, client_address)
 
             def service_actions(self) -> None:
-                # The limit for each read is no limit for a client that sends a byte every second.
+                # Each read has a time limit; a client that sends one byte every second never reaches it.
                 for request, since in list(connections.items()):
                     if time.monotonic() - since > PATIENCE:
                         end(request)

@@ -10,7 +10,7 @@ from typing import Any
 from dineros.metamodel.errors import counted
 from dineros.sources.branches import fields_of_effects
 from dineros.sources.cmake import Component
-from dineros.sources.cpp.doing import Ros
+from dineros.sources.cpp.calling.doing import Ros
 from dineros.sources.cpp.following.machine import MOST_STEPS, TooLong
 from dineros.sources.cpp.following.overriding import overridden
 from dineros.sources.cpp.following.reach import Reach

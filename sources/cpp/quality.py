@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from dineros.sources.cpp.values import FOREVER, Const, Either, Made, Open, Value, constant, is_quality, shown
-from dineros.sources.facts import is_open
+from dineros.sources.cpp.values import Const, Either, Made, Open, Value, constant, is_quality, shown
+from dineros.sources.facts import FOREVER, is_open
 
 Profile = dict[str, Any]
 """``depth``, ``reliability`` and ``durability``; each may be open. Absent members are the usual ones."""

@@ -24,10 +24,6 @@ class Const(Value):
     value: Any
 
 
-FOREVER = 1e8
-"""Seconds from which on a time-out counts as none, such as ``std::chrono::hours::max()``."""
-
-
 @dataclass(frozen=True)
 class Seconds(Value):
     """A duration."""

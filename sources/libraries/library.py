@@ -40,6 +40,7 @@ from dineros.sources.language.values import (
 from dineros.sources.libraries.applying import Idioms
 from dineros.sources.libraries.built_ins import BuiltIns
 from dineros.sources.libraries.command_line import PARSER, call_parser
+from dineros.sources.libraries.containers import of_container
 from dineros.sources.libraries.doing import QUEUES, Doer, Keys, seconds, within
 from dineros.sources.libraries.executing.executors import Executors
 from dineros.sources.libraries.idioms import Idiom
@@ -270,7 +271,7 @@ class RosLibrary:
         elif isinstance(value, (Items, Mapping)):
             if isinstance(value, Items) and value.kind == QUEUE:
                 self.doer.queue(value, name, args, keys, node, frame)
-            found = self.doer.container(value, name, args, keys)
+            found = of_container(self.machine, value, name, args, keys)
         elif found is None and isinstance(value, (Object, RunningNode)):
             found = self._method_of_node(value, name, args, keys, node, frame)
         elif isinstance(value, Const) and name in ("get_parameter_value", "to_msg", "to_parameter_msg"):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Protocol
 
-from dineros.sources.facts import is_open
+from dineros.sources.facts import FOREVER, is_open
 from dineros.sources.language.values import (
     Const,
     Either,
@@ -50,8 +50,6 @@ _WORDS = {
 
 TIMED = {"deadline": "deadline", "liveliness": "liveliness", "lease_duration": "liveliness_lease_duration"}
 """Members of a profile with times, in seconds, and how liveliness is asserted, by their names in rclpy."""
-_ENDLESS = 1e8
-"""A number of seconds from which on a time is without bound."""
 
 
 class Reader(Protocol):
@@ -176,7 +174,7 @@ def _set(profile: Profile, name: str, value: Value | None) -> None:
         seconds = of_duration(value)
         if seconds is None:
             profile[name] = text_of_open(value)
-        elif 0 < seconds < _ENDLESS:
+        elif 0 < seconds < FOREVER:
             profile[name] = seconds
 
 

@@ -180,8 +180,9 @@ FOLDERS = {
             "following",
         ),
         *("keeping", "binding", "waiting", "interpreting"),
-        *("making", "left_out", "ports", "doing", "replaced", "programs"),
+        *("making", "left_out", "calling", "replaced", "programs"),
     ],
+    "sources/cpp/calling": ["ports", "spinning", "doing"],
     "sources/cpp/interpreting": [
         *(
             "parameters",

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 
-from dineros.sources.cpp.values import FOREVER, Const, Either, Open, Seconds, Value
+from dineros.sources.cpp.values import Const, Either, Open, Seconds, Value
+from dineros.sources.facts import FOREVER
 
 UNITS = {
     **{"hours": 3600.0, "minutes": 60.0, "seconds": 1.0, "milliseconds": 1e-3, "microseconds": 1e-6},

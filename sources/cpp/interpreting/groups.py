@@ -7,12 +7,8 @@ from collections.abc import Iterable
 
 from dineros.sources.cpp.parsing import Source
 from dineros.sources.cpp.values import Const, Items, Made, Obj, Port, Value, options, shown
-from dineros.sources.facts import NO_SPIN, UNSPUN, Entity, NodeFact
+from dineros.sources.facts import ALONE, NO_SPIN, PERHAPS_ALONE, UNSPUN, Entity, NodeFact
 
-ALONE = "none"
-"""The executor of a group that does not go with its node, and that no executor gets."""
-PERHAPS_ALONE = "none that is known"
-"""The same, where other code may give it to an executor."""
 ADDED = "one that gets it: "
 """Begins the executor of a node that an executor gets which is not known to spin."""
 LATE = "after another spin: "

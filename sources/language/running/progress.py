@@ -6,8 +6,9 @@ import ast
 import re
 from collections.abc import Iterable, Iterator
 
-_OF_TIME = re.compile(r"time|clock|now\b|elapsed|deadline|until", re.IGNORECASE)
-"""Names in tests that hold after some time."""
+from dineros.sources.unknown_ends import OF_TIME
+
+_OF_TIME = re.compile(OF_TIME, re.IGNORECASE)
 _SLEEPS = re.compile(r"sleep(_for|_until)?$")
 _TAKE = ("pop", "popleft", "popitem", "read", "readline")
 """Methods that change their object, wherever they stand."""

@@ -255,7 +255,7 @@ def test_a_request_that_is_served_late() -> None:
 
 @pytest.mark.long
 def test_precautions_without_time_to_judge_them_are_unknown() -> None:
-    """What may follow from a time-out that never comes is no finding before that is known."""
+    """A transition that perhaps only a time-out leads to is unknown: it is not reported as a fault."""
     report = Report()
     checked = ask_timed(late_configure((0.01, 0.01)), report)
     assert checked is not None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import signal
 import subprocess
@@ -78,3 +79,17 @@ def test_what_a_killed_writer_left_is_removed_but_not_what_is_being_written(tmp_
             raise ModelFileError("no")
         assert folder.is_dir()
     assert [file.name for file in tmp_path.iterdir()] == ["new"]
+
+
+def test_a_file_system_without_locks_gets_its_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Temporary folders that others left there are not removed, as they may be in use."""
+    left = tmp_path / ".new.0.dineros-tmp"
+    left.mkdir()
+
+    def flock(descriptor: int, operation: int) -> None:
+        raise OSError(errno.ENOLCK, "No locks available")
+
+    monkeypatch.setattr("fcntl.flock", flock)
+    with whole_folder(tmp_path / "new") as folder:
+        (folder / "file").write_text("a")
+    assert sorted(file.name for file in tmp_path.iterdir()) == [left.name, "new"]

@@ -17,7 +17,9 @@ if TYPE_CHECKING:
 
 NO_EXIT = "the loop has no exit"
 """Why a loop may never end."""
-_OF_TIME = re.compile(rf"{OF_TIME}|wait_for|future_status|FutureReturnCode", re.IGNORECASE)
+_OF_TIME = re.compile(
+    rf"{OF_TIME}|count|tries|attempt|retr|wait_for|future_status|FutureReturnCode", re.IGNORECASE
+)
 """In tests that hold after some time, or that ask what a wait returned."""
 _RUNS = re.compile(r"(\w+(::|\.|->))*ok\([^()]*\)|true|1|")
 _LEAVES = ("return_statement", "throw_statement", "goto_statement", "co_return_statement")

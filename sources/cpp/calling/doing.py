@@ -1,24 +1,24 @@
-"""Interprets calls of rclcpp and the standard library: publish, call, wait, sleep, spin, lock."""
+"""Interprets calls of functions and objects of rclcpp and the standard library."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
 from dineros.sources.cpp.binding import bound
+from dineros.sources.cpp.calling.ports import SELF
+from dineros.sources.cpp.calling.spinning import Spinning
 from dineros.sources.cpp.following.calls import Call
 from dineros.sources.cpp.following.durations import duration
 from dineros.sources.cpp.following.machine import coerced, is_node
 from dineros.sources.cpp.following.statements import Statements
 from dineros.sources.cpp.interpreting.formatting import formatted, of_text
 from dineros.sources.cpp.interpreting.generated import generated
-from dineros.sources.cpp.interpreting.groups import ADDED, LATE, join, runs_in_turn, take_group
 from dineros.sources.cpp.interpreting.lists import items
 from dineros.sources.cpp.interpreting.loading import loaded
 from dineros.sources.cpp.interpreting.naming import SUB_SPACE, is_callable
 from dineros.sources.cpp.interpreting.parameters import parameter
 from dineros.sources.cpp.interpreting.transforms import BUFFER, look_up
-from dineros.sources.cpp.parsing import arguments_of, arguments_of_scope, on_text, text_of
-from dineros.sources.cpp.ports import SELF, Ports
+from dineros.sources.cpp.parsing import arguments_of, arguments_of_scope, text_of
 from dineros.sources.cpp.quality import CHAINED, PRESETS, changed
 from dineros.sources.cpp.values import (
     Const,
@@ -41,8 +41,6 @@ from dineros.sources.cpp.waiting import BEGAN, Waiting, is_lost
 
 if TYPE_CHECKING:
     from tree_sitter import Node
-
-    from dineros.sources.facts import CallbackFact
 
 _SAME = {
     *("move", "forward", "ref", "cref", "dynamic_pointer_cast", "static_pointer_cast"),
@@ -70,7 +68,7 @@ _AROUND = ("MessageFilter", "RealtimePublisher")
 """Classes whose objects pass on what their first argument receives or publishes, on other threads."""
 
 
-class Ros(Ports):
+class Ros(Spinning):
     """Interprets calls of rclcpp and the standard library.
 
     Parameters
@@ -82,9 +80,6 @@ class Ros(Ports):
     def __init__(self, machine: Statements) -> None:
         super().__init__(machine)
         self.waiting = Waiting(machine)
-        self._pools = 0
-        self._first: tuple[CallbackFact, int] | None = None
-        """The main function, and where it certainly spins first."""
 
     def make_node(self, this: Obj, kind: str, args: list[Value], node: Node, frame: Frame) -> None:
         """Make an object a node."""
@@ -187,7 +182,7 @@ class Ros(Ports):
             )
         if path in ("rclcpp::spin", "rclcpp::spin_some", "rclcpp::spin_all"):
             self._names_vendor(call)
-            return self._spin(
+            return self.spin(
                 call, [each for each in args if isinstance(each, Obj)], "SingleThreadedExecutor", 1
             )
         if path.endswith("spin_until_future_complete"):
@@ -202,7 +197,7 @@ class Ros(Ports):
         if last == "wait_for_message" and len(args) > 2:
             return self._wait_for_message(call)
         if last == "NodeThread" and args:
-            return self._spin_in_thread(call)
+            return self.spin_in_thread(call)
         if self.waiting.is_guard(call) and args:
             return self.waiting.guard(call)
         if path == "std::lock" and args:
@@ -255,62 +250,6 @@ class Ros(Ports):
             self.machine.does("wait_for_message", what, call.node, call.frame, how, timeout=seconds)
         self.machine.forget(call)
         return Open("whether there was a message")
-
-    def _spin_in_thread(self, call: Call) -> Value:
-        """Spin a node or an executor in a thread of its own, as ``NodeThread`` of `nav2_util` does."""
-        on, role = call.args[0], self.machine.role
-        self.machine.role = "thread"
-        if isinstance(on, Made) and "xecutor" in on.path:
-            self._executor(Call(call.node, call.frame, "spin", [], on), on)
-        else:
-            nodes = [each for each in options(on) if isinstance(each, Obj)]
-            self._spin(call, nodes, "SingleThreadedExecutor", 1)
-        self.machine.role = role
-        return Made(call.path, call.args, node=call.node)
-
-    def _spin(self, call: Call, nodes: list[Obj], executor: str, threads: int | str) -> Value:
-        if self.machine.role not in ("main", "thread"):
-            self.machine.does("spin", "the node", call.node, call.frame, how="without end")
-            return Const(None)
-        self._pools += 1
-        order = self.machine.next_order()
-        is_late = self._is_late(call)
-        for each in nodes:
-            if each.node is not None:
-                if is_late and (not each.node.executor or each.node.executor.startswith(ADDED)):
-                    executor = LATE + executor.removeprefix(LATE)
-                is_first = not each.node.executor or each.node.executor.startswith(ADDED)
-                each.node.spun = order if is_first or not order else each.node.spun
-                each.node.executor, each.node.threads = executor, threads
-                each.node.pool = self._pools if len(nodes) > 1 else 0
-        return Const(None)
-
-    def _is_late(self, call: Call) -> bool:
-        """Return whether a spin of the main function comes after another one, which has no end."""
-        machine = self.machine
-        if machine.role != "main" or call.last != "spin":
-            return False
-        spun = (machine.fact, call.node.start_byte)
-        if self._first is not None and self._first[0] is machine.fact:
-            return self._first[1] != spun[1]
-        if not (machine.cond or machine.loops or machine.off):
-            self._first = spun
-        return False
-
-    def _names_vendor(self, call: Call) -> None:
-        """Note a node whose class, or the base of it, is not in the folder."""
-        text = text_of(call.nodes[0]) if call.nodes else ""
-        is_item = "[" in text or ".at(" in text  # of a container of nodes, which were created elsewhere
-        is_asked = bool(call.args) and call.last != "add_callback_group" and not is_item
-        for each in options(call.args[0] if is_asked else None):
-            name = each.path if isinstance(each, Made) and each.effect is None else ""
-            if isinstance(each, Obj) and each.node is None and each.cls is not None:
-                name = each.cls.full
-            if name and not name.startswith(("std::", "rclcpp::")):
-                self.machine.unread.append(
-                    f"{self.machine.place(call.node, call.frame)}: {name} is spun as a node, but its code or "
-                    "that of its base class is not in the folder, so its ports are unknown"
-                )
 
     def _started(self, call: Call) -> Value:
         """Start a thread; the end of its block waits for it, if that destroys its object."""
@@ -377,7 +316,7 @@ class Ros(Ports):
                 return Const(None)
             return on.fields.get("text", on.args[0] if on.args else Const(""))
         if "xecutor" in path:
-            return self._executor(call, on)
+            return self.executor(call, on)
         if path in self.machine.idioms and last in ("subscribe", "registerCallback") and call.args:
             return self._subscribes(call, on)
         if "ynchronizer" in path:
@@ -436,57 +375,6 @@ class Ros(Ports):
                 self.maker.callback(each.entity, "callback", "subscription", target, each.owner)
             elif isinstance(each, Made):
                 each.fields["heard"] = target
-
-    def _executor(self, call: Call, on: Made) -> Value | None:
-        last = call.last
-        if last in ("add_node", "add_callback_group"):
-            self._names_vendor(call)
-            nodes = [each for each in call.args if isinstance(each, Obj)]
-            if last == "add_callback_group":
-                group = call.args[0] if call.args else None
-                take_group(group, self.machine.nodes, on_text(call.node))
-            held = on.fields.setdefault("nodes", Items())
-            if isinstance(held, Items) and last == "add_node":
-                held.values += nodes
-                join(nodes, on_text(call.node))
-            elif isinstance(held, Items):
-                held.values += [each for each in options(call.args[0]) if isinstance(each, Port)]
-            return Const(None)
-        if last in ("spin", "spin_some", "spin_once", "spin_all"):
-            kept = on.fields.get("nodes")
-            nodes = [each for each in kept.values if isinstance(each, Obj)] if isinstance(kept, Items) else []
-            name, threads = on.path.rpartition("::")[2], self._threads(on)
-            if isinstance(kept, Items) and self.machine.role in ("main", "thread"):
-                said = on_text(call.node) or text_of(next(iter(call.nodes), None))
-                self._spin_groups(said, kept, threads)
-            elif isinstance(kept, Items):
-                runs_in_turn(kept)
-                if kept.values and not nodes:  # it has only groups, which no other executor runs
-                    return Const(None)
-            return self._spin(call, nodes, name, threads)
-        if last == "spin_until_future_complete":
-            kept = on.fields.get("nodes")
-            if isinstance(kept, Items):
-                runs_in_turn(kept)
-            if self.machine.role == "main":
-                self._executor(Call(call.node, call.frame, "spin", [], on), on)
-            return self._await(call, call.args[0] if call.args else None, call.args[1:], "spin-until")
-        return None
-
-    def _spin_groups(self, executor: str, kept: Items, threads: int | str) -> None:
-        """Give callback groups the executor that runs only them, and not their node."""
-        for each in kept.values:
-            if isinstance(each, Port) and each.owner.node is not None and each.owner not in kept.values:
-                each.entity.details["executor"] = executor
-                each.owner.node.apart[executor] = threads if isinstance(threads, int) else 1
-
-    def _threads(self, on: Made) -> int | str:
-        if "Multi" not in on.path:
-            return 1 if "Single" in on.path or "Events" in on.path else "open"
-        count = constant(on.args[1]) if len(on.args) > 1 else 0
-        if isinstance(count, int):
-            return count or "processors"
-        return "open"
 
     def _unknown(self, call: Call, on: Value) -> Value | None:
         """Record the possible effects of a method of an unknown object."""

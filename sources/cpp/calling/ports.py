@@ -8,9 +8,9 @@ from dineros.sources.cpp.following.statements import Statements
 from dineros.sources.cpp.making import Maker
 from dineros.sources.cpp.parsing import on_text, text_of
 from dineros.sources.cpp.quality import PRESETS
-from dineros.sources.cpp.values import FOREVER, Const, Made, Obj, Open, Port, Value, constant, options
+from dineros.sources.cpp.values import Const, Made, Obj, Open, Port, Value, constant, options
 from dineros.sources.cpp.waiting import SPUN, is_repeated_until_true
-from dineros.sources.facts import CallbackFact, Effect, is_open
+from dineros.sources.facts import FOREVER, CallbackFact, Effect, is_open
 
 SELF = {
     *(

@@ -1,0 +1,1 @@
+"""Interprets calls of rclcpp and the standard library."""
