@@ -221,6 +221,7 @@ def _run_processes(
             folder / f"{name}.log",
             resume=["-p", "resume:=true"],
             connect=remotes[name].connect if name in remotes else None,
+            starts_together=True,
         )
         for name, command in commands
     ]

@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import Literal
 
 from dineros.metamodel.errors import DinerosError
+from dineros.runtime.application.gate import SharedGate, new_gate
 from dineros.runtime.application.line import new_line
 from dineros.runtime.application.log_files import last_line, open_log, rotate
 from dineros.runtime.nodes.health import RESTARTS
@@ -64,6 +65,8 @@ class ProcessPlan:
         Whether it ends only after the others, for example because it provides their environment.
     connect : callable, optional
         Called with this side's end of a private line to each started process, see `new_line`.
+    starts_together : bool
+        Whether it is a node that begins its work only when all such nodes are ready, see `gate`.
     """
 
     name: str
@@ -74,6 +77,7 @@ class ProcessPlan:
     folder: Path | None = None
     is_last: bool = False
     connect: Callable[[socket.socket], None] | None = None
+    starts_together: bool = False
 
 
 @dataclass(frozen=True)
@@ -181,8 +185,10 @@ class Supervisor:
 
     def __enter__(self) -> Supervisor:
         try:
-            for child in self._children:
-                self._start(child, "started")
+            with new_gate() as gate:
+                for child in self._children:
+                    together = gate if child.plan.starts_together else SharedGate()
+                    self._start(child, "started", together)
         except BaseException:
             self.stop()
             raise
@@ -239,7 +245,7 @@ class Supervisor:
             if child.process is not None and child.process.poll() is not None:
                 self._ended(child, now)
             elif child.start_at is not None and now >= child.start_at:
-                self._start(child, "restarted")
+                self._start(child, "restarted", SharedGate())
         return not all(child.is_done for child in self._children)
 
     def stop(self) -> None:
@@ -265,7 +271,7 @@ class Supervisor:
             if all(child.process is None for child in children):
                 return
 
-    def _start(self, child: _Child, event: Literal["started", "restarted"]) -> None:
+    def _start(self, child: _Child, event: Literal["started", "restarted"], gate: SharedGate) -> None:
         plan = child.plan
         command = [*plan.command, *(plan.resume if event == "restarted" else ())]
         plan.log.parent.mkdir(parents=True, exist_ok=True)
@@ -284,9 +290,10 @@ class Supervisor:
                         "PYTHONUNBUFFERED": "1",  # else the error that ends a process is not the last line
                         **plan.environment,
                         **line,
+                        **gate.environment,
                         RESTARTS: str(child.restarts + (event == "restarted")),
                     },
-                    pass_fds=[int(number) for number in line.values()],
+                    pass_fds=[*gate.descriptors, *(int(number) for number in line.values())],
                     cwd=plan.folder,
                     start_new_session=True,  # Ctrl-C reaches only the supervisor; it ends them in order
                     # If there are threads, code between fork and exec must not wait for a lock of another

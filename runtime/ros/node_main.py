@@ -26,6 +26,7 @@ from dineros.metamodel import rtm, sym
 from dineros.metamodel.elements import label
 from dineros.metamodel.errors import DinerosError, Location
 from dineros.runtime.application.ending import Ending
+from dineros.runtime.application.gate import Gate, inherited_gate
 from dineros.runtime.application.handler_files import HandlerFile, HandlerFileError, load_handler_file
 from dineros.runtime.application.line import Line, inherited_line
 from dineros.runtime.application.logs import FORMAT
@@ -80,10 +81,10 @@ def run_node(
     logging.basicConfig(format=FORMAT)
     origin = {"source": source, "settings": settings}
     given = sys.argv[1:] if arguments is None else arguments
-    line = inherited_line()
+    line, gate = inherited_line(), inherited_gate()
     with Ending() as ending:
         try:
-            status = _run(model, register, given, origin, lifecycle, ending.asked, line)
+            status = _run(model, register, given, origin, lifecycle, ending.asked, line, gate)
         except DinerosError as error:
             print(error, file=sys.stderr)
             status = 2
@@ -99,11 +100,14 @@ def _run(
     lifecycle: bool,
     ending: threading.Event,
     line: Line | None,
+    gate: Gate | None,
 ) -> int:
     node = model.node
     lifecycle = lifecycle or (node.lifecycle is not None and model.middleware == sym.Middleware.ros2)
     options: dict[str, Any] = {}
     if lifecycle:
+        if gate is not None:
+            gate.leave()  # a manager activates the node later
         from dineros.runtime.ros.managed import make_managed_node
 
         options["make_node"] = make_managed_node
@@ -114,6 +118,7 @@ def _run(
         executor=str(node.executor),
         threads=node.threads,
         ending=ending,
+        gate=gate,
         **options,
     )
     try:

@@ -100,10 +100,10 @@ class RosNode:
     def open(self) -> None:
         """Join the channels; the thread that runs the session's callbacks calls `work` between them."""
         self._loop.wake_by(self._wake)
-        self.node.open()
         try:
             self.control.open()
             self.diagnostics.open()
+            self.node.open()  # last: from then on, messages arrive
         except BaseException:
             self.close("failure")
             raise

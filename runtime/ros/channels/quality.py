@@ -123,9 +123,12 @@ class LossCounter:
     ----------
     seen : mapping of str to int, optional
         For each sender (a message id without its number), the number of its last message before a restart.
+    is_resumed : bool
+        Whether this node was restarted: then a sender that also was may have sent messages to it before.
     """
 
-    def __init__(self, seen: Mapping[str, int] | None = None) -> None:
+    def __init__(self, seen: Mapping[str, int] | None = None, *, is_resumed: bool = False) -> None:
+        self._is_resumed = is_resumed
         # For each sender: the publisher's number of its last message, the number in that id, its highest
         # number.
         self._last: dict[str, tuple[int, int, int]] = {
@@ -136,12 +139,19 @@ class LossCounter:
         self._before: dict[str, tuple[int, int]] = {}
         self._contested: dict[str, None] = {}
 
-    def lost_at_restart(self, message_id: str, sequence: int) -> int:
+    def lost_at_restart(
+        self, message_id: str, sequence: int, publishers: Callable[[], int] = lambda: 0
+    ) -> int:
         """Return how many messages of a restarted publisher are missing before this one.
 
         The publisher sends the messages in its queue again, so its ids continue without a gap, unless more
         messages were under way than the queue holds. Call it before `lost_before`, which counts gaps of its
-        numbers.
+        numbers. If this node was restarted too, it may not have received any message of the sender yet.
+
+        Parameters
+        ----------
+        message_id, sequence, publishers
+            See `lost_before`.
         """
         with contextlib.suppress(MessageIdError):
             sender, number = parse_id(message_id) or ("", 0)
@@ -151,6 +161,10 @@ class LossCounter:
                 return 0
             if highest and 0 < skipped <= SKIP_LIMIT and (sequence <= last or not last):
                 return max(0, skipped - (sequence - 1 if not last else 0))
+            is_new = self._is_resumed and bool(sender) and sender not in self._last
+            # A publisher has one sender: more senders than publishers are forged.
+            if is_new and 0 < number - sequence <= SKIP_LIMIT and len(self._heard) < publishers():
+                return number - sequence
         return 0
 
     def lost_before(self, message_id: str, sequence: int, publishers: Callable[[], int]) -> int:

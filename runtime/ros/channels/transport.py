@@ -68,7 +68,7 @@ class RclpyTransport(GoalCarrier, Transport):
         The ROS node to use; it stays open when the transport closes.
     seen : mapping, optional
         Messages that the node received before a restart, as in a checkpoint: ``CHANNEL/PLACE`` -> sender ->
-        number.
+        number. None: the node was not restarted.
     announces : bool
         Whether messages of existing types get ids, which doubles the number of messages sent. A node without
         a journal never sends a message again, so it needs no ids.
@@ -83,7 +83,7 @@ class RclpyTransport(GoalCarrier, Transport):
         *,
         announces: bool = True,
     ) -> None:
-        self._seen = seen or {}
+        self._seen, self._is_resumed = seen or {}, seen is not None
         self._announces = announces
         self._session, self._node = session, session.node
         super().__init__()
@@ -159,15 +159,17 @@ class RclpyTransport(GoalCarrier, Transport):
         node, receiver = self._node, self._receiver
         interface, codec = self._codecs.topic(port)
         seen = self._seen.get(f"{port.channel}/{port.place}", {})
-        counter, known = LossCounter(seen), most_known(port.limit, seen)
+        counter = LossCounter(seen, is_resumed=self._is_resumed)
+        known = most_known(port.limit, seen)
         decode, arrived = codec.decode, receiver.message_arrived
 
         def accept(message: Message, info: Mapping[str, Any]) -> None:
             if self._is_open:
                 sequence = info["publication_sequence_number"]
-                if again := counter.lost_at_restart(message.id, sequence):
+                publishers = subscription.get_publisher_count
+                if again := counter.lost_at_restart(message.id, sequence, publishers):
                     receiver.dropped(port, "restart", again)
-                lost = counter.lost_before(message.id, sequence, subscription.get_publisher_count)
+                lost = counter.lost_before(message.id, sequence, publishers)
                 arrived(port, message, lost)
 
         meter = self._meters[port] = FillMeter(port.limit)
@@ -319,7 +321,10 @@ class RclpyTransport(GoalCarrier, Transport):
         service.send_response = keep
 
     def _await_subscribers(self, ports: Ports) -> None:
-        """Wait for the expected subscribers; a later subscriber would miss messages published before."""
+        """Wait for the expected subscribers; a later subscriber would miss messages published before.
+
+        Then wait until these take messages: until then, their histories could overflow.
+        """
         node = self._node
         limit = float(declare(node, DISCOVERY_TIMEOUT))
         parameters = subscriber_parameters(port.channel for port in ports.publishers)
@@ -334,6 +339,7 @@ class RclpyTransport(GoalCarrier, Transport):
                 break
             if missing:
                 time.sleep(0.01)
+        self._session.await_others(limit)
 
     def _subscribers(self, port: PublisherPort) -> int:
         return int(self._publishers[port.channel, port.place].publisher.get_subscription_count())

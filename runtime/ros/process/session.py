@@ -14,6 +14,7 @@ from typing import Any
 
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.ros_names import resource_name
+from dineros.runtime.application.gate import Gate
 from dineros.runtime.ros.process.calm import Misfits, calm_executor
 from dineros.runtime.ros.process.clocks import hold_time_source
 from dineros.runtime.ros.process.memory import remove_abandoned
@@ -48,6 +49,8 @@ class Session:
         Creates the rclpy node, with the arguments of ``rclpy.node.Node``.
     ending : threading.Event, optional
         Set by code that is going to end the session, such as a signal handler, before `end` is called.
+    gate : Gate, optional
+        Where this node waits until the other nodes of the application are ready.
 
     Attributes
     ----------
@@ -71,6 +74,7 @@ class Session:
         domain: int | None = None,
         make_node: Callable[..., Any] | None = None,
         ending: threading.Event | None = None,
+        gate: Gate | None = None,
     ) -> None:
         rclpy = import_rclpy()
         from rclpy.executors import MultiThreadedExecutor
@@ -79,6 +83,7 @@ class Session:
         self._context = rclpy.Context()
         self._thread: threading.Thread | None = None
         self._ending = ending or threading.Event()
+        self._gate = gate
         self._is_ending = False
         self._is_closed = False
         self._waking = threading.Lock()
@@ -112,6 +117,12 @@ class Session:
     def is_own_thread(self) -> bool:
         """Whether the caller is the thread that runs the callbacks."""
         return self._thread is threading.current_thread()
+
+    def await_others(self, limit: float) -> None:
+        """Wait at most `limit` seconds until the nodes that were started with this one are ready."""
+        if self._gate is None or self._gate.wait(limit, lambda: self.is_ending) or self.is_ending:
+            return
+        LOG.warning("after %g s, other nodes of the application are not ready", limit)
 
     def start(self, work: Work | None = None) -> None:
         """Run callbacks on its own thread until `close`."""

@@ -173,6 +173,16 @@ class TestLosses:
         assert [counter.lost_at_restart("a/p/22", 2), *self.lost(counter, ("a/p/22", 2))] == [0, 0]
         assert counter.lost_at_restart(f"a/p/{10**12}", 1) == 0  # forged
 
+    def test_both_were_started_again_before_the_first_message(self) -> None:
+        """The receiver took no message of the sender before, so its saved state does not name the sender."""
+        counter = LossCounter({}, is_resumed=True)
+        assert counter.lost_at_restart("a/p/11", 1, lambda: 1) == 10
+        assert self.lost(counter, ("a/p/11", 1), ("a/p/12", 2)) == [0, 0]
+        assert counter.lost_at_restart("a/p/13", 3, lambda: 1) == 0
+        assert counter.lost_at_restart("b/p/99", 1, lambda: 1) == 0  # forged: more senders than publishers
+        assert LossCounter({}, is_resumed=True).lost_at_restart(f"a/p/{10**12}", 1, lambda: 1) == 0
+        assert LossCounter().lost_at_restart("a/p/11", 1, lambda: 1) == 0
+
     def test_what_comes_again_hides_no_loss_and_feigns_none(self) -> None:
         """Of what a publisher sends again, its own queue or the receiver's may lose a part."""
         counter = LossCounter({"a/p": 6})
