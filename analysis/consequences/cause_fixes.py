@@ -384,7 +384,7 @@ def _against_growth(model: sym.SystemModel, finding: Finding, budget: Budget) ->
     return fix if grown else None
 
 
-_Entry = tuple[tuple[int, int, int, int], int, Changes]
+_Entry = tuple[tuple[int, int, int, int, int], int, Changes]
 
 
 def _added(changes: Changes, circle: Circle, known: set[Changes], order: count[int]) -> list[_Entry]:

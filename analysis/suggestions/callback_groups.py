@@ -1,11 +1,13 @@
 """The smallest change of callback groups and threads after which no callback waits forever.
 
-Changes are tried in the order of their number. Where a model with some changes still has a circle, only such
-changes are added as may break it: to leave an exclusive group, to make it reentrant and to have more threads
-take nothing away that could happen before, so that without one of those the circle stays; a callback that
-leaves a reentrant group for an exclusive one of its own can only end a run in which it begins. Whatever
-fixes the model is therefore found this way, and the smallest first (R. Reiter, *A theory of diagnosis from
-first principles*, Artificial Intelligence 32(1), 1987: hitting sets).
+Changes are tried in the order of their number. If a model with some changes still has a circle, only such
+changes are added as may break it. One kind lets more happen: a callback or client leaves an exclusive group,
+a group becomes reentrant, an executor has more threads. The other kind prevents the run that leads to the
+circle: callbacks that run at once in it share an exclusive group, or the executor has fewer threads, or a
+callback that runs twice at once gets an exclusive group. Without one of these, the run stays possible and its
+circle closed. So whatever fixes the model is found this way, and the smallest first (R. Reiter, *A theory of
+diagnosis from first principles*, Artificial Intelligence 32(1), 1987: hitting sets). Changes that reduce
+concurrency count as two.
 
 A callback that never ends, and is in no circle, cannot be repaired if it would not end even with enough
 threads and free groups. A cancel request that the server never receives may also be fixed by `async def`.
@@ -92,9 +94,9 @@ def suggest_callback_groups(
 ) -> Suggestion:
     """Return the smallest change after which no callback waits forever and no more queues overflow.
 
-    Callbacks and clients of services and actions may get callback groups of their own, groups may become
-    reentrant, and executors may get more threads; what the callbacks do stays as it is. Only a callback that
-    works on goals, and never receives a cancel request, may await instead.
+    Callbacks and clients of services and actions may get callback groups of their own, or share one, groups
+    may become reentrant, and executors may get more or fewer threads; what the callbacks do stays as it is.
+    Only a callback that works on goals, and never receives a cancel request, may await instead.
 
     Parameters
     ----------
@@ -150,7 +152,7 @@ class _ChangeSearch:
             if not faults:
                 self._open = self._open or str(report.unknown[0])
                 continue
-            for more in self._added(changes, faults[0]):
+            for more in self._least_added(changes, faults):
                 if more not in known:
                     known.add(more)
                     heapq.heappush(queue, (more.cost, next(order), more))
@@ -202,6 +204,17 @@ class _ChangeSearch:
                 self._suggestion.reason = str(report.unknown[0])
         return [*waits, *(finding for finding in losses if finding.elements not in self._lost)]
 
+    def _least_added(self, changes: Changes, faults: list[Finding]) -> list[Changes]:
+        """Return additions of which each solution has one; none if some fault cannot be fixed."""
+        added = list(self._added(changes, faults[0]))
+        for fault in faults[1:] if added else []:
+            was_open, self._open = self._open, ""
+            is_fixed = next(self._added(changes, fault), None) is not None or self._open
+            self._open = was_open
+            if not is_fixed:
+                return []
+        return added
+
     def _added(self, changes: Changes, fault: Finding) -> Iterator[Changes]:
         """Yield these changes with one more that may fix a fault."""
         if fault.rule == Goals.UNHEARD.rule:
@@ -222,9 +235,7 @@ class _ChangeSearch:
             yield from against_circle(changes, circle)
         elif fault.rule == Callbacks.ENDLESS.rule:
             yield from self._against_endless(changes, fault, waiting, subject, markings[-1])
-        callbacks = waiting.callbacks.values()
-        begun = {each.page: None for each in callbacks if any(map(each.has_begun, markings))}
-        yield from against_run(changes, begun)
+        yield from against_run(changes, list(waiting.callbacks.values()), markings)
 
     def _against_endless(
         self, changes: Changes, fault: Finding, waiting: Waiting, subject: Subject, marking: list[int]

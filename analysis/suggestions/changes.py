@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 
 from dineros.analysis.callbacks.circles import Circle, Waiter
+from dineros.analysis.callbacks.waiting import Callback, Marking
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.callbacks.groups import (
@@ -14,8 +17,10 @@ from dineros.metamodel.callbacks.groups import (
     begins_callback,
     callback_page_of,
     group_or_node,
+    holds_thread,
     members_of,
     threads_of,
+    works_on_goals,
 )
 from dineros.metamodel.calls import answers
 from dineros.metamodel.elements import elements, find, node_net_of
@@ -37,28 +42,56 @@ class Changes:
     reentrant : frozenset of (str, str)
         Those whose own group is reentrant; and callback groups, by their id, that become so.
     threads : tuple of (str, int)
-        Number of further threads of node nets, by their id.
+        Number of further threads of node nets, by their id; negative for fewer.
     awaiting : frozenset of str
         Callback pages, by their id, that become `async def` and await.
+    shared : frozenset of frozenset of (str, str)
+        Callbacks that share one new exclusive group.
     """
 
     own: frozenset[Owner] = frozenset()
     reentrant: frozenset[Owner] = frozenset()
     threads: tuple[tuple[str, int], ...] = ()
     awaiting: frozenset[str] = frozenset()
+    shared: frozenset[frozenset[Owner]] = frozenset()
 
     @property
-    def cost(self) -> tuple[int, int, int, int]:
-        """How many changes there are; of as many, awaiting comes last, then reentrant groups, threads."""
-        more = sum(number for _, number in self.threads)
-        count = len(self.own) + len(self.reentrant) + more + len(self.awaiting)
-        return count, len(self.awaiting), len(self.reentrant), more
+    def cost(self) -> tuple[int, int, int, int, int]:
+        """How many changes there are, those that reduce concurrency counted twice.
+
+        Of as many, those come last, then awaiting, reentrant groups, threads.
+        """
+        more = sum(number for _, number in self.threads if number > 0)
+        less = sum(number < 0 for _, number in self.threads) + sum(len(each) - 1 for each in self.shared)
+        count = len(self.own) + len(self.reentrant) + more + len(self.awaiting) + 2 * less
+        return count, less, len(self.awaiting), len(self.reentrant), more
 
     def with_thread(self, node: str) -> Changes:
         """Return these changes and one more thread."""
-        threads = dict(self.threads)
-        threads[node] = threads.get(node, 0) + 1
-        return replace(self, threads=tuple(sorted(threads.items())))
+        return self._with_threads(node, dict(self.threads).get(node, 0) + 1)
+
+    def _with_threads(self, node: str, more: int) -> Changes:
+        threads = {**dict(self.threads), node: more}
+        return replace(self, threads=tuple(sorted((id, each) for id, each in threads.items() if each)))
+
+    def with_fewer(self, node: sym.NodeNet, threads: int) -> Changes:
+        """Return these changes and an executor of that many threads, for a node of the changed model."""
+        return self._with_threads(str(node.id), self.more_of(node) + threads - threads_of(node))
+
+    def more_of(self, node: sym.NodeNet) -> int:
+        """Return how many more threads a node gets; negative for fewer."""
+        return dict(self.threads).get(str(node.id), 0)
+
+    def is_shared(self, owner: Owner) -> bool:
+        """Return whether a callback shares its new group."""
+        return any(owner in each for each in self.shared)
+
+    def with_shared(self, one: Owner, other: Owner) -> Changes:
+        """Return these changes and two callbacks in one exclusive group, with those that share it already."""
+        joined = [each for each in self.shared if one in each or other in each]
+        group = frozenset({one, other}).union(*joined)
+        own, reentrant = self.own - group, self.reentrant - group
+        return replace(self, own=own, reentrant=reentrant, shared=self.shared.difference(joined) | {group})
 
     def applied(self, model: sym.SystemModel) -> sym.SystemModel:
         """Return a copy of a model with these changes."""
@@ -82,13 +115,25 @@ class Changes:
             if owner in self.reentrant:
                 settings.append(f"{group}.kind=reentrant")
             yield f"{what} in a {kind} of its own", tuple(settings)
+        for together in sorted(map(sorted, self.shared)):
+            group = f"{'_'.join(id for id, _ in together)}_group"
+            while group in taken:
+                group += "_"
+            whats = [_named(model, owner) for owner in together]
+            settings = [
+                f"{each}.group={group}"
+                for owner, (name, _) in zip(together, whats, strict=True)
+                for each in (name, *_with_client(model, owner))
+            ]
+            yield f"{_joined([what for _, what in whats])} in one callback group", tuple(settings)
         for group, _ in sorted(self.reentrant - self.own):
             yield f"callback group {group} reentrant", (f"{group}.kind=reentrant",)
         for id, more in self.threads:
             threads = threads_of(find(model, id, sym.NodeNet)) + more
+            executor = "multi" if threads > 1 else "single"
             yield (
-                f"{threads} threads for node net {id}",
-                (f"{id}.executor=multi", f"{id}.threads={threads}"),
+                f"{threads} thread{'s' if threads > 1 else ''} for node net {id}",
+                (f"{id}.executor={executor}", f"{id}.threads={threads}"),
             )
         for page in sorted(self.awaiting):
             yield f"callback {page} as async def, which awaits at each step", (f"{page}.awaits=true",)
@@ -106,6 +151,14 @@ def _named(model: sym.SystemModel, owner: Owner) -> tuple[str, str]:
         else f"service {getattr(channel, 'service', id)}"
     )
     return f"{id}.client.{client}", f"client {client} of {what}"
+
+
+def _joined(whats: Sequence[str]) -> str:
+    """Return callbacks in words, with "callbacks" once where nothing else is among them."""
+    if all(what.startswith("callback ") for what in whats):
+        *names, last = (what.removeprefix("callback ") for what in whats)
+        return f"callbacks {', '.join(names)} and {last}"
+    return " and ".join(whats)
 
 
 def _with_client(model: sym.SystemModel, owner: Owner) -> Iterator[str]:
@@ -138,7 +191,7 @@ def against_circle(changes: Changes, circle: Circle) -> Iterator[Changes]:
     around = zip((waiters[-1], *waiters[:-1]), waiters, (*waiters[1:], waiters[0]), strict=True)
     for before, one, after in around:
         if one.kind == "thread":
-            yield changes.with_thread(one.element)
+            yield from _thread(changes, one)
         elif one.kind == "group":
             yield from _own(changes, (*_asking(before, one), after.model))
             yield from _reentrant(changes, one.model, after.model)
@@ -157,7 +210,7 @@ def against_waiting(changes: Changes, resources: Iterable[Waiter]) -> Iterator[C
     """Yield additions to some changes that may free threads and groups that callbacks hold forever."""
     for resource in resources:
         if resource.kind == "thread":
-            yield changes.with_thread(resource.element)
+            yield from _thread(changes, resource)
         else:
             yield from _free(changes, resource.model)
 
@@ -174,6 +227,12 @@ def against_unheard(changes: Changes, page: sym.CallbackPage) -> Iterator[Change
         yield from _free(changes, group)
 
 
+def _thread(changes: Changes, waiter: Waiter) -> Iterator[Changes]:
+    """Yield one more thread, unless the executor has fewer than in the model to prevent a run."""
+    if dict(changes.threads).get(waiter.element, 0) >= 0:
+        yield changes.with_thread(waiter.element)
+
+
 def _free(changes: Changes, group: EObject) -> Iterator[Changes]:
     """Yield the changes after which one callback less needs a group, or it is reentrant."""
     members = members_of(group)
@@ -182,23 +241,69 @@ def _free(changes: Changes, group: EObject) -> Iterator[Changes]:
         yield from _reentrant(changes, group, member)
 
 
-def against_run(changes: Changes, begun: Iterable[sym.CallbackPage]) -> Iterator[Changes]:
-    """Yield additions to some changes that prevent concurrent runs of callbacks that begin in a run."""
+def against_run(
+    changes: Changes, callbacks: Sequence[Callback], markings: Iterable[Marking]
+) -> Iterator[Changes]:
+    """Yield additions to some changes of which each prevents a run, as callbacks in it run at once.
+
+    Those that may run twice at once get a group of their own. Those that ran at the same time share an
+    exclusive group; or the executor has fewer threads than ran at once.
+
+    Parameters
+    ----------
+    callbacks : sequence of Callback
+        Callbacks of the changed model.
+    markings : iterable of sequence of int
+        Markings of the run.
+    """
+    begun: dict[sym.CallbackPage, None] = {}
+    together: dict[tuple[sym.CallbackPage, sym.CallbackPage], None] = {}
+    threads: dict[sym.NodeNet, int] = {}
+    for marking in markings:
+        pages = list(dict.fromkeys(each.page for each in callbacks if each.has_begun(marking)))
+        begun.update(dict.fromkeys(pages))
+        together.update(
+            dict.fromkeys(pair for pair in combinations(pages, 2) if len(set(map(node_net_of, pair))) == 1)
+        )
+        held: Counter[sym.NodeNet] = Counter()
+        for each in callbacks:
+            node = node_net_of(each.page)
+            if node is not None and holds_thread(each.page):
+                held[node] += int(marking[each.running])
+        for node, number in held.items():
+            threads[node] = max(threads.get(node, 0), number)
     reentrant = sym.CallbackGroupKind.reentrant
-    twice = [page for page in begun if page.group is not None and page.group.kind == reentrant]
-    yield from _own(changes, twice)
+    yield from _own(
+        changes, [each for each in begun if each.group is not None and each.group.kind == reentrant]
+    )
+    for node, number in threads.items():
+        if number > 1 and changes.more_of(node) <= 0:
+            yield changes.with_fewer(node, number - 1)
+    for pair in together:
+        one, other = map(_excluded, pair)
+        if one is not None and other is not None and one != other:
+            yield changes.with_shared(one, other)
+
+
+def _excluded(page: sym.CallbackPage) -> Owner | None:
+    """Return what can be put into an exclusive group so that the callback of a page waits for it."""
+    if works_on_goals(page) or (page.kind == sym.CallbackKind.client and page.group is None):
+        return None
+    return _owner(page)
 
 
 def _own(changes: Changes, models: Sequence[object]) -> Iterator[Changes]:
     for model in models:
         owner = _owner(model)
-        if owner is not None and owner not in changes.own:
+        if owner is not None and owner not in changes.own and not changes.is_shared(owner):
             yield replace(changes, own=changes.own | {owner})
 
 
 def _reentrant(changes: Changes, group: object, holder: object) -> Iterator[Changes]:
     """Yield the group made reentrant; or that of the callback that has it, where it is its own."""
     owner = _owner(holder)
+    if owner is not None and changes.is_shared(owner):
+        return
     if owner is not None and owner in changes.own:
         made = owner
     elif isinstance(group, sym.CallbackGroup):

@@ -25,6 +25,7 @@ from tests.support.ros2_systems.deliveries import deliveries
 from tests.support.ros2_systems.executor_cases import Case, case_model
 from tests.support.ros2_systems.waiting_models import (
     awaiting_result,
+    locking_crosswise,
     served_in_a_busy_group,
     sharing_a_lock,
     waiting_for_an_echo,
@@ -169,6 +170,28 @@ def test_a_server_leaves_the_group_of_all_that_ask_it() -> None:
     found = suggest_callback_groups(served_in_a_busy_group(timers=2))
     assert settings(found) == ["OnWork.group=OnWork_group"]
     assert (found.is_found, found.is_proved) == (True, True)
+
+
+def test_callbacks_that_take_locks_in_opposite_order_may_not_run_at_once() -> None:
+    """More threads and groups of their own do not help, but one thread does."""
+    model = locking_crosswise()
+    found = suggest_callback_groups(model)
+    assert settings(found) == ["n.executor=single", "n.threads=1"]
+    assert (found.is_found, found.is_proved) == (True, True)
+    assert some_waits_for_ever(model)
+    assert not some_waits_for_ever(changed(model, settings(found)))
+
+
+def test_they_share_a_group_where_a_second_thread_is_needed() -> None:
+    model = locking_crosswise(calls=True)
+    found = suggest_callback_groups(model)
+    assert settings(found) == [
+        "OnTimer0.group=OnTimer0_OnTimer1_group",
+        "OnTimer1.group=OnTimer0_OnTimer1_group",
+    ]
+    assert [words for words, _ in found.changes] == ["callbacks OnTimer0 and OnTimer1 in one callback group"]
+    assert (found.is_found, found.is_proved) == (True, True)
+    assert not some_waits_for_ever(changed(model, settings(found)))
 
 
 def test_a_lock_of_the_model_is_not_fixed() -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dineros.metamodel import pn, sym
-from dineros.metamodel.build import flow
+from dineros.metamodel.build import callback, flow, place, step
 from examples.callbacks.models import node, timer
 
 
@@ -79,6 +79,38 @@ def sharing_a_lock() -> sym.SystemModel:
         clients.append(sym.ClientPort(client=name, request=sent, response=answered))
     port = sym.ServerPort(page=serve, entry=entry, exit=done)
     sym.ServiceChannel(id="Work", service="/work", instances=2, server=port, clients=clients, model=model)
+    return model
+
+
+def locking_crosswise(calls: bool = False) -> sym.SystemModel:
+    """Return a node with two threads whose timers take two locks in opposite order, each in its own group.
+
+    Parameters
+    ----------
+    calls : bool
+        Whether the first one calls a service of another node while it has its first lock.
+    """
+    model = sym.SystemModel(id="crosswise", middleware="ros2")
+    owner = node(model, "n", threads=2)
+    locks = [place(owner, id, tokens=1) for id in ("A", "B")]
+    for number, (first, second) in enumerate([locks, locks[::-1]]):
+        group = sym.CallbackGroup(id=f"timers{number}")
+        owner.callbackGroups.append(group)
+        page = callback(owner, f"OnTimer{number}", "timer", 1.0)
+        page.group = group
+        has_one, has_both = place(page, f"One{number}"), place(page, f"Both{number}")
+        step(page, f"TakeFirst{number}", [first], [has_one])
+        if calls and not number:
+            server = sym.NodeNet(id="other", net=model)
+            serve = callback(server, "OnWork", "server")
+            entry, done, got = place(serve, "In"), place(serve, "Out"), place(page, "Got")
+            step(serve, "Work", [entry], [done])
+            client = sym.ClientPort(client="n", request=has_one, response=got, group=group)
+            port = sym.ServerPort(page=serve, entry=entry, exit=done)
+            sym.ServiceChannel(id="Serve", service="/work", server=port, clients=[client], model=model)
+            has_one = got
+        step(page, f"TakeSecond{number}", [has_one, second], [has_both])
+        step(page, f"Release{number}", [has_both], [first, second])
     return model
 
 
