@@ -54,7 +54,12 @@ def left_to_durations(model: pn.Net, report: Report) -> Report:
     if not isinstance(model, sym.SystemModel):
         return report
     channels = {channel.id: channel for channel in model.channels}
-    timers = {page.id: page for page in model.eAllContents() if isinstance(page, sym.CallbackPage)}
+    timers: dict[str, sym.CallbackPage] = {}
+    if LOSES_TICKS.rule in {
+        *(each.rule for each in report.findings),
+        *(each.rule for each in report.unknown),
+    }:
+        timers = {page.id: page for page in model.eAllContents() if isinstance(page, sym.CallbackPage)}
     findings = []
     for finding in report.findings:
         if finding.rule == LOSES_TICKS.rule:
