@@ -10,13 +10,14 @@ from __future__ import annotations
 from dataclasses import replace
 from fractions import Fraction
 
-from dineros.analysis.bounds.engines import Engines, is_of_engine
+from dineros.analysis.bounds.engines import Passed
+from dineros.analysis.bounds.firing import OpenError
 from dineros.analysis.bounds.histories import histories_of_calls
 from dineros.analysis.bounds.reading import Tasks
 from dineros.analysis.bounds.solving import solve
-from dineros.analysis.bounds.tasks import Task
+from dineros.analysis.bounds.tasks import Task, is_of_engine
 from dineros.analysis.bounds.work import Publishing
-from dineros.analysis.latencies.answers import RELEASED, End, Everything, Latency, named
+from dineros.analysis.latencies.answers import OF_ENGINES, RELEASED, End, Everything, Latency, named
 from dineros.analysis.latencies.measuring import Bound
 from dineros.analysis.latencies.paths import Hop, Path, callback_pages, paths_between, responses_of
 from dineros.metamodel import pn, sym
@@ -50,7 +51,7 @@ class Bounds:
         self._model = model
         self._tasks = Tasks(model)
         self._solved = solve(self._tasks)
-        self._engines = Engines(self._tasks.works, self._tasks.all, self._solved, self._tasks.unit)
+        self._engines = self._solved.engines
 
     def response(self, page: sym.CallbackPage) -> Latency:
         """Return bounds of the response time of a callback: from its release to its end, in seconds."""
@@ -104,6 +105,8 @@ class Bounds:
 
     def loses_no_tick(self, page: sym.CallbackPage) -> bool:
         """Return whether it is proved that a timer never strikes while its last tick still waits."""
+        if not runs_callbacks(node_net_of(page)):
+            return not self._engines.why_late(page)
         task = self._task(page, None)
         waited = None if task is None else self._solved.waited.get(task)
         return task is not None and waited is not None and waited.start < task.period - task.jitter
@@ -129,7 +132,7 @@ class Bounds:
         """Return bounds of all response times, and what is proved to be never lost."""
         found = Everything(is_exact=False)
         for page in callback_pages(self._model):
-            if runs_callbacks(node_net_of(page)) and page.kind in RELEASED:
+            if page.kind in (RELEASED if runs_callbacks(node_net_of(page)) else OF_ENGINES):
                 found.callbacks[page.id] = self.response(page)
                 if period_of(page) is not None:
                     found.timers[page.id] = False if self.loses_no_tick(page) else None
@@ -160,12 +163,23 @@ class Bounds:
         readers = [*entering] if path.begins_with_message else [path.reader, *entering]
         writers = [*(leaving[1:] if path.begins_with_message else leaving), path.last]
         least, reasons, is_kept = Fraction(0), [], True
+        parts: list[Task | Passed] = []
         for page, reader, writer in zip(path.callbacks, readers, writers, strict=True):
+            is_kept = is_kept and (reader is None or self.never_overflows(reader))
+            if not runs_callbacks(node_net_of(page)):
+                try:
+                    parts.append(self._engines.through(page, reader, writer))
+                    least += parts[-1].least * self._tasks.unit
+                except OpenError as error:
+                    reasons.append(str(error))
+                continue
             task = self._task(page, reader)
             waited = None if task is None else self._solved.waited.get(task)
             if task is None or waited is None:
                 reasons.append(self._why(page, task))
-            is_kept = is_kept and waited is not None and (reader is None or self.never_overflows(reader))
+            else:
+                parts.append(task)
+            is_kept = is_kept and waited is not None
             publishing = _publishing(task, writer)
             if task is not None and task.work is not None and (publishing is None or publishing.only_at_end):
                 least += task.work.least
@@ -178,35 +192,38 @@ class Bounds:
             is_kept = is_kept and not is_best_effort(hop.writer, hop.reader)
         return Latency(
             Bound(least),
-            None if reasons else Bound(self._greatest(path, readers)),
+            None if reasons else Bound(self._greatest(path, parts)),
             False if is_kept else None,
             False,
             reasons[0] if reasons else "",
         )
 
-    def _greatest(self, path: Path, readers: list[sym.SubscriberPort | None]) -> Fraction:
+    def _greatest(self, path: Path, parts: list[Task | Passed]) -> Fraction:
         """Return the greatest time of a path whose callbacks have bounds, and whose latencies are given."""
-        tasks = [self._task(page, reader) for page, reader in zip(path.callbacks, readers, strict=True)]
-        known = [task for task in tasks if task is not None]
-        ways = [self._time_of(path, known, since_strike=False)]
-        if known[0].is_timer and all(task.lane.is_exclusive for task in known):
-            ways.append(self._time_of(path, known, since_strike=True))
+        ways = [self._time_of(path, parts, since_strike=False)]
+        tasks = [each for each in parts if isinstance(each, Task)]
+        if len(tasks) == len(parts) and tasks[0].is_timer and all(each.lane.is_exclusive for each in tasks):
+            ways.append(self._time_of(path, parts, since_strike=True))
         return min(ways)
 
-    def _time_of(self, path: Path, tasks: list[Task], since_strike: bool) -> Fraction:
+    def _time_of(self, path: Path, parts: list[Task | Passed], since_strike: bool) -> Fraction:
         """Return the sum of response times and latencies; of delays if it counts from the strike of a timer.
 
         Tasks of a cluster that follow one another count once.
         """
         hops: list[Hop | None] = [*path.topics] if path.begins_with_message else [None, *path.topics]
-        total = tasks[0].jitter if since_strike else 0
+        total = parts[0].jitter if since_strike and isinstance(parts[0], Task) else 0
         inside, cluster = 0, None
-        for task, hop in zip(tasks, hops, strict=True):
+        for task, hop in zip(parts, hops, strict=True):
             on_the_way = 0
             if hop is not None:
                 latency = latency_between(hop.writer, hop.reader)
                 assert latency is not None and latency.latest is not None
                 on_the_way = self._tasks.units(seconds_of(latency.latest))
+            if isinstance(task, Passed):
+                total += inside + on_the_way
+                inside, cluster = task.greatest, None
+                continue
             known, curve = self._solved.clusters.get(task), self._solved.curves[task]
             waited = self._solved.waited[task]
             if known is not None and known is cluster:
@@ -226,22 +243,27 @@ class Bounds:
         the jitter later at most; its data comes out within the latency, as none is lost. Until then, an
         output of the release before is the newest one. A run of each callback must publish.
         """
-        first = self._task(path.callbacks[0], None)
+        first = path.callbacks[0]
         if found.greatest is None:
             return found
-        if path.reader is not None or path.begins_with_message or first is None or not first.is_timer:
+        if path.reader is not None or path.begins_with_message or first.kind != sym.CallbackKind.timer:
             return replace(found, reasons=_of_both("bounds are known only of chains that begin at a timer"))
         writers = [hop.writer for hop in path.topics] + ([] if path.last is None else [path.last])
-        publishes = [
-            (known := _publishing(self._task(page, reader), writer)) is not None and known.fewest > 0
-            for page, reader, writer in zip(
-                path.callbacks, [None, *(hop.reader for hop in path.topics)], writers, strict=False
-            )
-        ]
-        if reason := self._why_no_reaction(found, all(publishes), first.page):
+        readers = [None, *(hop.reader for hop in path.topics)]
+        publishes = all(map(self._must_publish, path.callbacks, readers, writers))
+        if reason := self._why_no_reaction(found, publishes, first):
             return replace(found, reasons=_of_both(reason))
-        longest = Bound(found.greatest.value + (first.period + first.jitter) * self._tasks.unit)
+        period = seconds_of(first.timer or 0.0) + seconds_of(first.jitter or 0.0)
+        longest = Bound(found.greatest.value + period)
         return replace(found, reaction=longest, age=longest)
+
+    def _must_publish(
+        self, page: sym.CallbackPage, reader: sym.SubscriberPort | None, writer: sym.PublisherPort
+    ) -> bool:
+        if not runs_callbacks(node_net_of(page)):
+            return self._engines.through(page, reader, writer).is_certain
+        known = _publishing(self._task(page, reader), writer)
+        return known is not None and known.fewest > 0
 
     def _why_no_reaction(self, found: Latency, publishes: bool, first: sym.CallbackPage) -> str:
         if found.is_lost is not False:
@@ -265,6 +287,8 @@ class Bounds:
 
     def _why_late(self, page: sym.CallbackPage) -> str:
         """Return why it is open whether a timer loses ticks."""
+        if not runs_callbacks(node_net_of(page)):
+            return self._engines.why_late(page)
         task = self._task(page, None)
         if task is None or task not in self._solved.waited:
             return self._why(page, task)
@@ -276,9 +300,6 @@ class Bounds:
     def _why(self, page: sym.CallbackPage, task: Task | None) -> str:
         if task is not None:
             return self._solved.reasons[task]
-        node = node_net_of(page)
-        if node is not None and not runs_callbacks(node):
-            return f"node {label(node)} has the execution net, which bounds do not follow"
         return f"callback {label(page)} is not called by a timer, messages or requests"
 
 

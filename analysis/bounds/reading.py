@@ -16,7 +16,7 @@ from collections.abc import Iterable
 from fractions import Fraction
 
 from dineros.analysis.bounds.followed import clients_of, require_held, slots_of, why_not_followed
-from dineros.analysis.bounds.tasks import Lane, Source, Task
+from dineros.analysis.bounds.tasks import EngineReader, Lane, Source, Task, is_of_engine
 from dineros.analysis.bounds.work import NotBoundedError, Works
 from dineros.metamodel import pn, sym
 from dineros.metamodel.callbacks.bodies import Body
@@ -29,7 +29,15 @@ from dineros.metamodel.callbacks.groups import (
 )
 from dineros.metamodel.elements import channels, label, node_net_of, node_nets, resolve
 from dineros.metamodel.matching import are_matched
-from dineros.metamodel.times.given import latency_between, latency_of_calls, period_of, runs_at_once, waits
+from dineros.metamodel.times.given import (
+    latency_between,
+    latency_of_calls,
+    period_of,
+    reaction_of,
+    runs_at_once,
+    waits,
+)
+from dineros.metamodel.times.handlers import handled_until
 from dineros.metamodel.times.once import unchanged
 from dineros.metamodel.times.orders import keeps_order
 from dineros.metamodel.times.paces import paces
@@ -48,7 +56,11 @@ class Tasks:
 
     Attributes
     ----------
+    works : Works
+        What the transitions of the model do.
     all : list of Task
+    readers : dict from sym.SubscriberPort to EngineReader
+        Histories that engines read.
     unit : Fraction
         Seconds of a unit of time.
     """
@@ -57,6 +69,7 @@ class Tasks:
         self.model = model
         self.works = Works(model)
         self.all: list[Task] = []
+        self.readers: dict[sym.SubscriberPort, EngineReader] = {}
         with unchanged():
             self._read()
 
@@ -71,6 +84,10 @@ class Tasks:
                 task.reason = self._read_sources(task, task.reader)
             if task.server is not None and not task.reason:
                 task.reason = self._read_requests(task, task.server)
+        for topic in channels(self.model, sym.TopicChannel):
+            for reader in filter(is_of_engine, topic.subscribers):
+                heard = self.readers[reader] = EngineReader(reader)
+                heard.reason = self._read_sources(heard, reader)
 
     def of(self, page: sym.CallbackPage) -> list[Task]:
         """Return the tasks of a callback."""
@@ -145,6 +162,9 @@ class Tasks:
                 yield seconds_of(period)
             if task.page.jitter:
                 yield seconds_of(task.page.jitter)
+        for node in node_nets(self.model):
+            if not runs_callbacks(node):
+                yield from _times_of_engine(node)
         for topic in channels(self.model, sym.TopicChannel):
             for writer in topic.publishers:
                 for reader in topic.subscribers:
@@ -166,7 +186,7 @@ class Tasks:
 
     # ------------------------------------------------------------------------------- where messages come from
 
-    def _read_sources(self, task: Task, reader: sym.SubscriberPort) -> str:
+    def _read_sources(self, task: Task | EngineReader, reader: sym.SubscriberPort) -> str:
         """Fill in the sources of a task; return why nothing bounds when messages come, in words."""
         topic = reader.channel
         if topic is None:
@@ -176,7 +196,9 @@ class Tasks:
                 return reason
         return ""
 
-    def _read_writer(self, task: Task, writer: sym.PublisherPort, reader: sym.SubscriberPort) -> str:
+    def _read_writer(
+        self, task: Task | EngineReader, writer: sym.PublisherPort, reader: sym.SubscriberPort
+    ) -> str:
         topic = f"topic {writer.channel.topic if writer.channel is not None else ''}"
         for port in (writer, reader):
             node = node_net_of(port.place)
@@ -195,7 +217,7 @@ class Tasks:
 
     def _read_port(
         self,
-        task: Task,
+        task: Task | EngineReader,
         writer: sym.PublisherPort | sym.ClientPort,
         port: pn.Place,
         topic: str,
@@ -208,6 +230,9 @@ class Tasks:
         if place.tokens:
             return f"{topic} has messages at the start"
         span = self.units(seconds_of(latency.earliest or 0.0)), self.units(seconds_of(latency.latest))
+        if isinstance(writer, sym.PublisherPort) and is_of_engine(writer):
+            task.engines.append((writer, span))
+            return ""
         publishing = set()
         for transition in self.works.around[place]:
             move = self.works.moves[transition]
@@ -305,6 +330,23 @@ def _bounds_of(interval: pn.TimeInterval | None) -> Iterable[Fraction]:
     if interval is not None and interval.latest is not None:
         yield seconds_of(interval.earliest or 0.0)
         yield seconds_of(interval.latest)
+
+
+def _times_of_engine(node: sym.NodeNet) -> Iterable[Fraction]:
+    if (reaction := reaction_of(node)) is not None:
+        yield seconds_of(reaction.earliest or 0.0)
+        yield seconds_of(reaction.latest or 0.0)
+    for each in node.eAllContents():
+        if isinstance(each, pn.Transition):
+            if each.interval is not None:
+                yield seconds_of(each.interval.earliest or 0.0)
+                yield seconds_of(each.interval.latest or 0.0)
+            if (until := handled_until(node, each)) is not None:
+                yield seconds_of(until)
+        elif isinstance(each, sym.CallbackPage):
+            if (period := period_of(each)) is not None:
+                yield seconds_of(period)
+            yield seconds_of(each.jitter or 0.0)
 
 
 def _unit(times: Iterable[Fraction]) -> Fraction:

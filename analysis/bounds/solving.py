@@ -22,9 +22,11 @@ import networkx as nx
 
 from dineros.analysis.bounds.clusters import Cluster
 from dineros.analysis.bounds.curves import Curve, added
+from dineros.analysis.bounds.engines import Engines
+from dineros.analysis.bounds.firing import OpenError
 from dineros.analysis.bounds.lanes import Around, Waited, are_alone, waited
 from dineros.analysis.bounds.reading import Tasks
-from dineros.analysis.bounds.tasks import Lane, Source, Task
+from dineros.analysis.bounds.tasks import Engine, EngineReader, Lane, Source, Task
 from dineros.metamodel import sym
 from dineros.metamodel.callbacks.groups import threads_of
 from dineros.metamodel.elements import label
@@ -51,7 +53,11 @@ class Solved:
         Their releases; None if nothing bounds them.
     published : dict from Source to Curve or None
         When messages are published; None if nothing bounds that.
+    engines : Engines
+        What rests on them in nodes of the execution `net`.
     """
+
+    engines: Engines
 
     waited: dict[Task, Waited] = field(default_factory=dict)
     reasons: dict[Task, str] = field(default_factory=dict)
@@ -78,39 +84,51 @@ class _Solver:
             lanes = self.nodes.setdefault(task.lane.node, [])
             if task.lane not in lanes:
                 lanes.append(task.lane)
-        self.found = Solved()
+        self.engines = Engines(tasks, self._published, self._why_not)
+        self.found = Solved(self.engines)
         self.curves = self.found.curves
         self.responses: dict[Task, int | None] = dict.fromkeys(tasks.all, 0)
         self.around = Around(self.curves, self.responses, self.nodes)
-        self.circles = {
-            task: number
-            for number, part in enumerate(nx.strongly_connected_components(self._arrivals()))
-            for task in part
+        self.graph = self._arrivals()
+        self.circles: dict[Task | EngineReader, int] = {
+            each: number
+            for number, part in enumerate(nx.strongly_connected_components(self.graph))
+            for each in part
         }
         self.most = MOST_TIMES * sum(
-            task.most + task.period + task.jitter + sum(source.latency[1] for source in task.sources)
+            task.most
+            + task.period
+            + task.jitter
+            + sum(source.latency[1] for source in task.sources)
+            + sum(latency[1] for _, latency in task.engines)
             for task in tasks.all
         )
 
     def solved(self) -> Solved:
         """Solve part by part, each after what it rests on."""
-        graph = self._arrivals()
+        graph = self.graph.copy()
         for lanes in self.nodes.values():
             for together in _depending(lanes):
                 nx.add_cycle(graph, together)
         for part in reversed(list(nx.topological_sort(condensed := nx.condensation(graph)))):
-            self._solve(sorted(condensed.nodes[part]["members"], key=self.tasks.all.index))
+            members = [each for each in condensed.nodes[part]["members"] if isinstance(each, Task)]
+            self._solve(sorted(members, key=self.tasks.all.index))
         for task in self.tasks.all:
             for source in task.sources:
                 runs = self._runs(source, self.circles[task] == self.circles[source.task])
                 self.found.published[source] = None if runs is None else runs.times(source.most)
+        self.engines.forget()
         return self.found
 
-    def _arrivals(self) -> nx.DiGraph[Task]:
-        """Return the graph from each task to what publishes its messages."""
-        graph: nx.DiGraph[Task] = nx.DiGraph()
+    def _arrivals(self) -> nx.DiGraph[Task | EngineReader]:
+        """Return the graph from each task to what publishes its messages, also through engines."""
+        graph: nx.DiGraph[Task | EngineReader] = nx.DiGraph()
         graph.add_nodes_from(self.tasks.all)
-        for task in self.tasks.all:
+        readers: list[Task | EngineReader] = [*self.tasks.all, *self.tasks.readers.values()]
+        for task in readers:
+            for writer, _ in task.engines:
+                behind = sorted(self.engines.behind(writer), key=lambda each: str(each.place.id))
+                graph.add_edges_from((task, self.tasks.readers[each]) for each in behind)
             for source in task.sources:
                 if source.paces is None:
                     causes = [each.task for each in source.goals] or [source.task]
@@ -141,8 +159,9 @@ class _Solver:
                 return None
             outside = [each for each in task.sources if each.task not in part]
             arrivals = [self._published(task, source) for source in outside]
+            arrivals += [self._of_engine(task, each) for each in task.engines]
             known = [each for each in arrivals if each is not None]
-            if len(known) < len(arrivals):
+            if len(known) < len(arrivals) or self._is_fed_by(part, task):
                 return None
             events[task] = Curve(((1, task.period, task.jitter),)) if task.is_timer else added(known)
         cluster = Cluster(part, events)
@@ -163,6 +182,7 @@ class _Solver:
 
     def _round(self, part: list[Task]) -> bool:
         """Compute all bounds from the last ones; return whether one has changed."""
+        self.engines.forget()
         for task in part:
             self.curves[task] = self._curve(task)
         has_changed = False
@@ -197,13 +217,38 @@ class _Solver:
                 return reason if each is task else f"{reason} ({each.name} can run before {task.name})"
         return f"the callbacks of node {label(task.lane.node)} need more time than its threads have"
 
+    def _why_not(self, source: Source) -> str:
+        """Return why nothing bounds when messages of a source come."""
+        circle = f"messages flow in a circle, and {source.task.name} has no least duration"
+        return self.found.reasons.get(source.task) or circle
+
+    def _why_engine(self, engine: Engine) -> str:
+        """Return why nothing bounds when an engine publishes; empty if that is bounded."""
+        try:
+            self.engines.published(engine[0])
+        except OpenError as error:
+            return str(error)
+        return ""
+
+    def _of_engine(self, task: Task, engine: Engine) -> Curve | None:
+        """Return the curve of messages that arrive from an engine; None if nothing bounds it."""
+        writer, (least, most) = engine
+        try:
+            return self.engines.published(writer).spread(most - least)
+        except OpenError:
+            return None
+
+    def _is_fed_by(self, part: list[Task], task: Task) -> bool:
+        """Return whether an engine publishes to a task what follows from tasks of a part."""
+        behind = [each for writer, _ in task.engines for each in self.engines.behind(writer)]
+        readers = [self.tasks.readers[each] for each in behind]
+        return any(nx.has_path(self.graph, reader, each) for reader in readers for each in part)
+
     def _why_unknown(self, task: Task) -> str:
         for source in task.sources:
             if self._published(task, source) is None:
-                return self.found.reasons.get(source.task) or (
-                    f"messages flow in a circle, and {source.task.name} has no least duration"
-                )
-        return ""
+                return self._why_not(source)
+        return next((why for each in task.engines if (why := self._why_engine(each))), "")
 
     def _curve(self, task: Task) -> Curve | None:
         if task.is_timer:
@@ -211,9 +256,10 @@ class _Solver:
         if task.reason:
             return None
         published = [self._published(task, source) for source in task.sources]
+        published += [self._of_engine(task, each) for each in task.engines]
         return added(each for each in published if each is not None) if None not in published else None
 
-    def _published(self, task: Task, source: Source) -> Curve | None:
+    def _published(self, task: Task | EngineReader, source: Source) -> Curve | None:
         """Return the curve of messages that arrive from a source; None if nothing bounds it."""
         runs = self._runs(source, self.circles[task] == self.circles[source.task])
         least, most = source.latency

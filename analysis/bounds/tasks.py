@@ -12,7 +12,8 @@ from dataclasses import dataclass, field
 from dineros.analysis.bounds.followed import clients_of
 from dineros.analysis.bounds.work import Work
 from dineros.metamodel import sym
-from dineros.metamodel.elements import label
+from dineros.metamodel.callbacks.groups import runs_callbacks
+from dineros.metamodel.elements import label, node_net_of
 
 
 @dataclass(eq=False, repr=False)
@@ -78,6 +79,34 @@ class Source:
     under_way: int = 0
 
 
+Engine = tuple[sym.PublisherPort, tuple[int, int]]
+"""A publisher of a node whose engine publishes, with the least and greatest time on the way, in units."""
+
+
+@dataclass(eq=False, repr=False)
+class EngineReader:
+    """A history that the engine of a node of the execution `net` reads, and where its messages come from.
+
+    Attributes
+    ----------
+    reader : sym.SubscriberPort
+    sources : list of Source
+    engines : list of Engine
+    reason : str
+        Why nothing bounds when messages come.
+    """
+
+    reader: sym.SubscriberPort
+    sources: list[Source] = field(default_factory=list)
+    engines: list[Engine] = field(default_factory=list)
+    reason: str = ""
+
+    @property
+    def name(self) -> str:
+        """How reports call it."""
+        return f"reader history of {label(self.reader.place)}"
+
+
 @dataclass(eq=False, repr=False)
 class Task:
     """A callback, and what releases it; times in units.
@@ -98,6 +127,8 @@ class Task:
         Of a timer.
     sources : list of Source
         Of a subscription and a server.
+    engines : list of Engine
+        Of a subscription.
     server : sym.ServerPort or None
         What gets the requests that release it.
     is_held : bool
@@ -115,6 +146,7 @@ class Task:
     period: int = 0
     jitter: int = 0
     sources: list[Source] = field(default_factory=list)
+    engines: list[Engine] = field(default_factory=list)
     server: sym.ServerPort | None = None
     is_held: bool = False
 
@@ -134,3 +166,9 @@ class Task:
     def name(self) -> str:
         """How reports call it."""
         return f"callback {label(self.page)}"
+
+
+def is_of_engine(port: sym.TopicPort) -> bool:
+    """Return whether a port belongs to a node of the execution `net`."""
+    node = node_net_of(port.place)
+    return node is not None and not runs_callbacks(node)

@@ -50,6 +50,8 @@ _WHY_NOT["age"] = _WHY_NOT["reaction"]
 _OF_CHAINS: tuple[Asks, ...] = ("reaction", "age")
 RELEASED = {sym.CallbackKind.timer, sym.CallbackKind.subscriber, sym.CallbackKind.server}
 """Callbacks that are released by messages from other nodes."""
+OF_ENGINES = {sym.CallbackKind.timer, sym.CallbackKind.subscriber}
+"""Those of them whose response times are known in nodes of the execution `net`."""
 
 
 @dataclass(frozen=True)
@@ -271,6 +273,9 @@ class Latencies:
         if len(paths) > 1:
             several = f"data takes {len(paths)} ways"
             return replace(found, reasons=dict.fromkeys(_OF_CHAINS, several))
+        if not all(runs_callbacks(node_net_of(page)) for page in paths[0].callbacks):
+            engine = "a node on the way has the execution net, through which only latencies are followed"
+            return replace(found, reasons=dict.fromkeys(_OF_CHAINS, engine))
         if unsure := next((hop for hop in paths[0].topics if is_best_effort(hop.writer, hop.reader)), None):
             assert unsure.writer.channel is not None
             lost = f"topic {unsure.writer.channel.topic} is best effort, so all of its messages may be lost"
@@ -340,6 +345,8 @@ class Latencies:
             if runs_callbacks(node) and page.kind in RELEASED:
                 found.callbacks[page.id] = self.response(page)
                 found.starved[page.id] = self.starves(page)
+            elif not runs_callbacks(node) and page.kind in OF_ENGINES:
+                found.callbacks[page.id] = self.response(page)
         names = self._subject.timed.untimed.transitions
         fired = {names[t] for t in self._explored.ways}
         for name, history in histories_of(self._subject.links()).items():
@@ -351,7 +358,8 @@ class Latencies:
     def _starving(self, path: Path) -> Iterator[str]:
         """Yield the timers of a path that can wait without end; messages that wait are displaced in time."""
         for page in path.callbacks:
-            if page.kind == sym.CallbackKind.timer and self.starves(page):
+            is_run = runs_callbacks(node_net_of(page))
+            if is_run and page.kind == sym.CallbackKind.timer and self.starves(page):
                 yield _starved(page)
 
     def _measured(self, paths: list[Path]) -> Latency:

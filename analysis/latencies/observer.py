@@ -26,8 +26,8 @@ from fractions import Fraction
 from typing import Any
 
 from dineros.analysis.latencies.editing import PLAIN, Case, EditedNet, Firing
+from dineros.analysis.latencies.followed_callbacks import FollowedEngine, FollowedRuns, require_plain
 from dineros.analysis.latencies.followed_messages import FollowedMessages, StartOfInstance
-from dineros.analysis.latencies.followed_runs import FollowedRuns
 from dineros.analysis.latencies.markers import (
     ARMED,
     DONE,
@@ -49,7 +49,9 @@ from dineros.analysis.latencies.sampling import NotFollowedError, displaced, pla
 from dineros.analysis.latencies.stores import Stored
 from dineros.analysis.timed.exploring import Explored
 from dineros.analysis.timed.nets import Interval, TimedNet
-from dineros.metamodel import sym
+from dineros.metamodel import pn, sym
+from dineros.metamodel.callbacks.groups import runs_callbacks
+from dineros.metamodel.elements import label, node_net_of, resolve
 from dineros.metamodel.times.runs import most_put
 
 WATCH = "observer watch"
@@ -138,6 +140,9 @@ class Observer:
         is_first = number == 0
         comes, goes = path.before(number), path.after(number)
         sends = path.last if goes is None else goes.writer if isinstance(goes, Hop) else goes
+        if not runs_callbacks(node_net_of(page)):
+            self._engine(number, page, comes, sends)
+            return
         runs = self._parts.runs_of(page)
         if not runs:
             raise NotFollowedError
@@ -166,6 +171,31 @@ class Observer:
                 )
             )
         if isinstance(sends, sym.PublisherPort):
+            assert not isinstance(goes, Stored)
+            self._send(number, sends, goes)
+
+    def _engine(
+        self, number: int, page: sym.CallbackPage, comes: Way | None, sends: sym.PublisherPort | Stored | None
+    ) -> None:
+        """Follow a tick or a message through a node of the execution `net`."""
+        if self._asks != "latency" or isinstance(comes, Stored) or isinstance(sends, Stored):
+            raise NotFollowedError(f"the node of callback {label(page)} has the execution net")
+        require_plain(page)
+        target, goes = "", self._path.after(number)
+        if sends is not None:
+            target = only([s for each in self._parts.published[sends] for s in self._messages.sources(each)])
+        engine = FollowedEngine(self._net, self._parts, self._explored, number, page, target, self._arrives)
+        if page.kind == sym.CallbackKind.timer:
+            if page not in self._parts.ticks:
+                raise NotFollowedError
+            tick, due = self._parts.ticks[page]
+            waits = self._net.place(f"observer {number} due")
+            follows = Case(take=self._start.begins, put={**self._start.measures, waits: 1})
+            self._net.split(tick, [self._start.plain, *self._start.arms, follows])
+            engine.start(due, waits)
+        else:
+            self._take(number, page, engine, {}, number == 0)
+        if sends is not None:
             assert not isinstance(goes, Stored)
             self._send(number, sends, goes)
 
@@ -206,7 +236,12 @@ class Observer:
                         self._net.split(begin, [Case(inhibit={waits: 1}), follows])
 
     def _take(
-        self, number: int, page: sym.CallbackPage, run: Run, begun: dict[str, int], is_first: bool
+        self,
+        number: int,
+        page: sym.CallbackPage,
+        run: Run | FollowedEngine,
+        begun: dict[str, int],
+        is_first: bool,
     ) -> None:
         """Follow a message from its arrival, or its publication, to the beginning of its callback."""
         path, net = self._path, self._net
@@ -252,12 +287,21 @@ class Observer:
                 lost,
             ],
         )
+        if isinstance(run, FollowedEngine):
+            assert queue.leave is not None, "its messages are taken"
+            (sink,) = (place for place in net.original(queue.leave).put if place in self._sinks(reader))
+            run.take(queue.leave, sink, waits, ahead, (entrance.enter, entrance.drop))
+            return
         begin = only([each for each in self._runs.beginnings(run) if each == queue.leave])
         for name in net.consumers(queue.load):
             follows = Case(take={waits: 1, WATCHING: 1, GO: 1}, put={LOST: 1}, inhibit={ahead: 1})
             if name == begin:
                 follows = self._runs.case(run, take={waits: 1}, put=begun, inhibit={ahead: 1})
             net.split(name, [Case(inhibit={waits: 1}), Case(read={waits: 1}, take={ahead: 1}), follows])
+
+    def _sinks(self, reader: sym.SubscriberPort) -> list[str]:
+        place = resolve(reader.place)
+        return self._parts.places[place] if isinstance(place, pn.Place) else []
 
     def _send(self, number: int, writer: sym.PublisherPort, hop: Hop | None) -> None:
         """Make the observer follow publications that a run has put on the place of a publisher."""

@@ -11,10 +11,10 @@ from dineros.analysis.latencies.stores import Stored, stored_values
 from dineros.analysis.nets.graph_parts import strongly_connected_parts
 from dineros.metamodel import pn, sym
 from dineros.metamodel.callbacks.bodies import Body
-from dineros.metamodel.callbacks.groups import callback_page_of, readers_of
+from dineros.metamodel.callbacks.groups import callback_page_of, readers_of, runs_callbacks
 from dineros.metamodel.elements import arcs, channels, label, node_net_of, pages, resolve, system_model_of
 from dineros.metamodel.matching import are_matched
-from dineros.metamodel.times.given import duration_of, latency_between
+from dineros.metamodel.times.given import duration_of, latency_between, reaction_of
 from dineros.metamodel.times.overlaps import runs_overlapping
 from dineros.metamodel.times.rates import on_the_way
 
@@ -215,6 +215,12 @@ def _has_one_beginning(page: sym.CallbackPage) -> bool:
 def missing_on(path: Path) -> Iterator[str]:
     """Yield the missing times on a path, one feature of one element each."""
     for page in path.callbacks:
+        node = node_net_of(page)
+        if node is not None and not runs_callbacks(node):
+            reaction = reaction_of(node)
+            if reaction is None or reaction.latest is None:
+                yield f"the reaction of node {label(node)} is not given"
+            continue
         own = [page, *_beside(page)]
         for each in own:
             has_intervals = any(t.interval is not None for t in Body(each).transitions)

@@ -1,0 +1,56 @@
+"""Exact response times of nodes of the execution `net`, and latencies of chains through them."""
+
+from __future__ import annotations
+
+import os
+from fractions import Fraction
+from random import Random
+
+import pytest
+
+from dineros.analysis.answers.budget import Budget
+from dineros.analysis.latencies.answers import Latencies, Latency
+from dineros.metamodel import sym
+from dineros.metamodel.elements import find
+from tests.support.timed_systems.engine_chains import UNIT, Chain, Stage, drawn, explored, model_of
+
+SEEDS = 8 * int(os.environ.get("DINEROS_EXAMPLES", "1"))
+
+
+def asked(chain: Chain, first: int, last: int) -> Latency:
+    """Return the time from a release of the timer (-1) or a stage to the end of one."""
+    model = model_of(chain)
+    pages = [
+        find(model, "Timer" if number < 0 else f"On{number}", sym.CallbackPage) for number in (first, last)
+    ]
+    latencies = Latencies(model, Budget(seconds=60, states=20_000))
+    return latencies.response(pages[0]) if first == last else latencies.between(*pages, with_ages=False)
+
+
+def require_equal(chain: Chain, first: int, last: int) -> bool:
+    """Return whether an answer is exact; then it is that of the explorer."""
+    exact, found = explored(chain, first, last), asked(chain, first, last)
+    if exact is None or not found.is_exact:
+        return False
+    where = (first, last, chain)
+    bounds = [None if each is None else each.value for each in (found.least, found.greatest)]
+    unit = Fraction(str(UNIT))
+    times = [min(exact.times) * unit, max(exact.times) * unit] if exact.times else [None, None]
+    assert bounds == times, where
+    assert found.is_lost == exact.is_lost, where
+    return True
+
+
+@pytest.mark.parametrize("seed", range(SEEDS))
+def test_times_are_those_of_the_explorer(seed: int) -> None:
+    chain = drawn(Random(seed), most_stages=1 + seed % 2)
+    last = len(chain.stages) - 1
+    for first in {-1, last}:
+        require_equal(chain, first, last)
+
+
+def test_a_chain_through_two_engines() -> None:
+    stages = (Stage((0, 1), 1, (0, 1)), Stage((1, 1), 1, (0, 1), second=(0, 1)))
+    chain = Chain(8, (0, 1), stages)
+    for first, last in ((-1, -1), (0, 0), (1, 1), (-1, 1), (0, 1)):
+        assert require_equal(chain, first, last), (first, last)
