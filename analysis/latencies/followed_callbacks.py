@@ -17,6 +17,7 @@ from dineros.analysis.latencies.parts import Parts, Run
 from dineros.analysis.latencies.sampling import NotFollowedError
 from dineros.analysis.timed.exploring import Explored
 from dineros.metamodel import sym
+from dineros.metamodel.callbacks.bodies import Body
 from dineros.metamodel.elements import label, node_net_of
 from dineros.metamodel.times.runs import ports_at
 
@@ -129,6 +130,9 @@ class FollowedEngine:
             if node_net_of(place) is node and not ports_at(place)
             for name in names
         }
+        self._page = page
+        self._moves = {name for run in parts.runs_of(page) for name in run.moves}
+        self._ends = {each.id for each in Body(page).ends()}
         if not target:
             self._inside &= {name for run in parts.runs_of(page) for name in run.own}
             self._inside = {name for name in self._inside if net.consumers(name)}
@@ -196,7 +200,7 @@ class FollowedEngine:
         further = []
         for name in [each for each in net.consumers(place) if not each.startswith("observer ")]:
             firing = net.original(name)
-            onward = [each for each in firing.put if each in self._leading]
+            onward = self._onward(name)
             if len(onward) > 1 or any(firing.put[each] > 1 or each in firing.take for each in onward):
                 raise NotFollowedError(f"transition {name} passes data on in several ways")
             plain = Case(inhibit={marker: 1})
@@ -219,6 +223,17 @@ class FollowedEngine:
             net.split(name, [plain, follows])
         for each in further:
             self._pass_on(each, self._marker(each))
+
+    def _onward(self, name: str) -> list[str]:
+        """Return the places where a transition puts the data that it takes, if that goes on from there."""
+        onward = [each for each in self._net.original(name).put if each in self._leading]
+        if self._target or name not in self._moves:
+            return onward
+        if name in self._ends:
+            return []
+        if not onward:
+            raise NotFollowedError(f"callback {label(self._page)} waits for a response")
+        return onward
 
     def _passes_on(self, place: str) -> bool:
         """Return whether a transition takes a token of a place and puts one where it leads to the target."""
