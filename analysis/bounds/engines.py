@@ -21,7 +21,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from dineros.analysis.bounds.curves import Curve, added
-from dineros.analysis.bounds.firing import Firing, OpenError, place_of
+from dineros.analysis.bounds.firing import EngineFirings, OpenError, place_of
 from dineros.analysis.bounds.reading import Tasks
 from dineros.analysis.bounds.tasks import EngineReader, Source
 from dineros.metamodel import pn, sym
@@ -97,7 +97,7 @@ class Engines:
         why: Callable[[Source], str],
     ) -> None:
         self._tasks, self._published_by, self._why = tasks, published, why
-        self._works, self._firing = tasks.works, Firing(tasks)
+        self._works, self._firing = tasks.works, EngineFirings(tasks)
         self._known: dict[Cause, Curve | OpenError] = {}
 
     def forget(self) -> None:

@@ -20,7 +20,7 @@ class OpenError(Exception):
     """Nothing bounds it; the message says why."""
 
 
-class Firing:
+class EngineFirings:
     """Says within which time transitions fire, in units of time.
 
     Parameters
