@@ -137,6 +137,16 @@ def test_a_callback_that_sleeps_for_a_rate_of_its_own_executor() -> None:
     assert "queue-overflow" in findings(sleeping(1.0, 0.1, threads=2))
 
 
+@pytest.mark.long
+def test_runs_that_sleep_at_the_same_time_all_wake_up() -> None:
+    """They share the clock of the step that wakes them, which fires at once."""
+    model = sleeping(0.05, 0.1, threads=2)
+    sleeper = find(model, "OnCommand", sym.CallbackPage)
+    sleeper.group = sym.CallbackGroup(id="commands", kind="reentrant")
+    find(model, "node", sym.NodeNet).callbackGroups.append(sleeper.group)
+    assert findings(model) == set()
+
+
 def test_a_timer_does_not_begin_with_a_step_that_has_no_room() -> None:
     """Only the capacity of a place keeps the first step from firing; the other one tells that it is full."""
     assert findings(sleeping(0.05, 0.1, threads=2, inhibits=False)) == set()

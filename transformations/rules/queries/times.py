@@ -20,6 +20,7 @@ from dineros.metamodel.times.intervals import copied_interval, exactly
 from dineros.metamodel.times.orders import keeps_order
 from dineros.metamodel.times.overlaps import runs_overlapping
 from dineros.metamodel.times.rates import publishes_without_end
+from dineros.metamodel.times.shared import holds_for_all_runs
 from dineros.transformations.language.datatypes import REAL, TRUTH, WHOLE
 from dineros.transformations.language.functions import Query
 
@@ -190,6 +191,14 @@ class RunsAtOnce(Query):
     def _answer(page: sym.CallbackPage) -> int:
         # Each slot has a copy of the page.
         return 1 if page.kind == sym.CallbackKind.goal else runs_overlapping(page)
+
+
+class HoldsForAllRuns(Query):
+    """Whether the interval of a transition holds, although several runs share its clock."""
+
+    datatype = TRUTH
+    _words = "the interval of {} holds for several runs with one clock"
+    _answer = staticmethod(holds_for_all_runs)
 
 
 class RunsOn(Query):

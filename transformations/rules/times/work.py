@@ -22,6 +22,7 @@ from dineros.transformations.rules.queries.times import (
     GoalDuration,
     HasDuration,
     HasInterval,
+    HoldsForAllRuns,
     Moves,
     RunsAtOnce,
     RunsCallbacks,
@@ -272,13 +273,16 @@ class D3Last(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 
 
 class D3Open(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
-    """Where several runs of a callback share a transition with one clock, its interval is left open."""
+    """Where several runs of a callback share a transition with one clock, its interval is left open.
+
+    It stays where one clock allows all that a clock for each run would allow.
+    """
 
     page = Node(sym.CallbackPage)
     move = Node(pn.Transition, of=Moves(page))
     past = Node(pn.TimeInterval, of=move.interval)
 
-    where = [RunsAtOnce(page) > 1]
+    where = [RunsAtOnce(page) > 1, ~HoldsForAllRuns(move)]
     lhs = [page, move, past]
     rhs = [page, move]
 
