@@ -2,19 +2,22 @@
 
 A timer strikes again and again. Without times nothing keeps its strikes from piling up, so that the place of
 strikes has no bound. Without the arcs of such places the net can do all that it could, and more: what never
-happens then never happens. With times, such a place is often bounded after all; see `bound_in_time`.
+happens then never happens. With times, such a place is often bounded after all; see `bounds_in_time`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+
+import numpy as np
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.logic.language.names import NetNames
 from dineros.analysis.logic.language.syntax import And, Enabled, Formula, Name, Not
 from dineros.analysis.nets.bounds import flows_and_bounds
 from dineros.analysis.nets.compiled import ArcTable, CompiledNet
+from dineros.analysis.nets.linear_programs import LinearProgram, in_whole_numbers
 from dineros.analysis.portfolio.asking import find_marking
 from dineros.analysis.timed.nets import TimedNet
 
@@ -64,15 +67,16 @@ def relaxed(net: CompiledNet) -> Relaxed:
     return Relaxed(replace(net, pre=pre, post=post, inhibitor=inhibitor), free, needing)
 
 
-def bound_in_time(
-    net: TimedNet, loose: Relaxed, place: int, signals: frozenset[int], budget: Budget
-) -> int | None:
-    """Return how many tokens a place without arcs can hold with times; None if nothing proves a bound.
+def bounds_in_time(
+    net: TimedNet, loose: Relaxed, signals: frozenset[int], budget: Budget
+) -> dict[int, int | None]:
+    """Return how many tokens places without arcs can hold with times; None where nothing proves a bound.
 
     Inhibitor arcs may limit what is put there. Or each marking enables a transition that takes a token from
     the place at once: then no time passes while it is marked. Such a transition must not depend on another
-    place without arcs, which may be empty. Within a moment each transition that puts some there fires once,
-    as it has to wait after each firing, or no more often than it has tokens that nothing puts back.
+    place without arcs, which may be empty. So at the beginning of each moment the place is empty, or as in
+    the initial marking. Within a moment, a transition that has to wait after each firing fires once at most.
+    A weighted sum of tokens that no other transition increases bounds what comes.
 
     Parameters
     ----------
@@ -80,34 +84,87 @@ def bound_in_time(
         The net with its times.
     loose : Relaxed
         The same without them.
-    place : int
-        The place.
     signals : frozenset of int
         Transitions that signals may keep from firing, which `net` does not know of.
     budget : Budget
         Limits.
     """
+    found: dict[int, int | None] = dict.fromkeys(sorted(loose.places))
     if net.has_priorities:
-        return None
-    every = range(len(net.untimed.transitions))
-    limited = _limited(net.untimed, place)
-    if limited is not None:
-        return limited
-    fed = {p for t in every for p, _ in net.put.row(t)}
-    most, takers = int(net.untimed.initial[place]), []
-    for t in every:
-        take, put, test = (dict(table.row(t)) for table in (net.take, net.put, net.test))
-        if put.get(place, 0):
-            once = [int(net.untimed.initial[p]) // weight for p, weight in take.items() if p not in fed]
-            if net.intervals[t].earliest <= 0 and not once:
+        return found
+    found = {place: _limited(net.untimed, place) for place in found}
+    taken_at_once = [
+        place
+        for place, limit in found.items()
+        if limit is None and loose.some_is_enabled(_takers(net, loose, place, signals), budget)
+    ]
+    sums = _Sums(net, found, taken_at_once)
+    return found | {place: sums.bound(place) for place in taken_at_once}
+
+
+def _takers(net: TimedNet, loose: Relaxed, place: int, signals: frozenset[int]) -> list[int]:
+    """Return the transitions that take a token from a place at once, and need no other place without arcs."""
+    found = []
+    for t, interval in enumerate(net.intervals):
+        if interval.latest != 0 or t in signals:
+            continue
+        take, test, inhibitors = (dict(table.row(t)) for table in (net.take, net.test, net.untimed.inhibitor))
+        depends_on = (test.keys() | inhibitors.keys()) & loose.places
+        if take.get(place) == 1 and test[place] == 1 and place not in inhibitors and depends_on == {place}:
+            found.append(t)
+    return found
+
+
+class _Sums:
+    """Weighted sums of tokens that grow in a moment only by transitions that have to wait after each firing.
+
+    Parameters
+    ----------
+    net : TimedNet
+        The net.
+    known : mapping
+        Bounds of places without arcs; None of those whose tokens may not count in a sum.
+    taken_at_once : sequence of int
+        Those of them that are empty at the beginning of each moment, or as in the initial marking.
+    """
+
+    def __init__(self, net: TimedNet, known: Mapping[int, int | None], taken_at_once: Sequence[int]) -> None:
+        self._net, every = net.untimed, range(len(net.intervals))
+        at_once = [t for t in every if net.intervals[t].earliest <= 0]
+        self._later = [t for t in every if net.intervals[t].earliest > 0]
+        _, bounds = net.untimed.once(flows_and_bounds)
+        self._at_first: list[int | None] = []
+        for place, bound in enumerate(bounds):
+            least = known.get(place) if bound is None else bound.value
+            self._at_first.append(int(self._net.initial[place]) if place in taken_at_once else least)
+        self._rows = len(at_once)
+        self._at_once = at_once
+        rows = [{p: float(n) for p, n in self._net.delta[t].items()} for t in at_once]
+        self._program = LinearProgram(rows, len(bounds), is_warm=False)
+
+    def bound(self, place: int) -> int | None:
+        """Return how many tokens a place can hold; None if no such sum bounds it."""
+        costs = np.array([0.0 if at_first is None else 1.0 + at_first for at_first in self._at_first])
+        high = np.array([0.0 if at_first is None else np.inf for at_first in self._at_first])
+        low = np.zeros(len(costs))
+        low[place] = 1.0
+        proposed = self._program.solve(costs, np.zeros(self._rows), low, high)
+        if proposed is None:
+            return None
+        weights, _ = in_whole_numbers(proposed)
+        if weights[place] <= 0 or any(weight < 0 for weight in weights):
+            return None
+        if any(self._grows(weights, t) > 0 for t in self._at_once):
+            return None
+        total = sum(max(0, self._grows(weights, t)) for t in self._later)
+        for weight, at_first in zip(weights, self._at_first, strict=True):
+            if weight and at_first is None:
                 return None
-            most += put[place] * (1 if net.intervals[t].earliest > 0 else min(once))
-        elif take.get(place) == 1 and test[place] == 1 and net.intervals[t].latest == 0 and t not in signals:
-            inhibitors = dict(net.untimed.inhibitor.row(t))
-            depends_on = (test.keys() | inhibitors.keys()) & loose.places
-            if depends_on == {place} and place not in inhibitors:
-                takers.append(t)
-    return most if loose.some_is_enabled(takers, budget) else None
+            total += weight * (at_first or 0)
+        return total // weights[place]
+
+    def _grows(self, weights: Sequence[int], transition: int) -> int:
+        return sum(weights[place] * change for place, change in self._net.delta[transition].items())
 
 
 def _limited(net: CompiledNet, place: int) -> int | None:

@@ -21,8 +21,9 @@ import numpy as np
 from dineros.analysis.answers.budget import Budget, BudgetExceededError
 from dineros.analysis.covering.firings import firings
 from dineros.analysis.model.subject import flattened_without_signals
+from dineros.analysis.nets.bounds import place_bounds
 from dineros.analysis.nets.linear_programs import LinearProgram, in_whole_numbers
-from dineros.analysis.questions.relaxed import Relaxed, bound_in_time, relaxed
+from dineros.analysis.questions.relaxed import Relaxed, bounds_in_time, relaxed
 from dineros.analysis.symbolic.engine import SymbolicStateSpace, symbolic_state_space
 from dineros.analysis.symbolic.levels import LevelSizeError, UnknownBoundError
 from dineros.analysis.symbolic.order_cache import OrderCache
@@ -31,6 +32,9 @@ from dineros.analysis.timed.nets import TimedNet, compile_timed_net
 from dineros.analysis.timed.timed_subject import TimedSubject, signals_matter
 from dineros.metamodel import sym
 from dineros.metamodel.times.given import says_times
+
+BOUNDS_SHARE = 0.3
+"""Part of what is left, if there are too many markings, for bounds by weighted sums of tokens."""
 
 SPACE_SHARE = 0.6
 """Part of the time for all markings; the rest is for single transitions."""
@@ -76,9 +80,30 @@ def without_times(subject: TimedSubject, budget: Budget, orders: OrderCache | No
             return _proved(subject.timed, timed, loose, space, budget)
     except (BudgetExceededError, DiagramMemoryError, LevelSizeError, UnknownBoundError):
         pass
+    most = _most_in_time(subject.timed, timed, loose, budget.share(BOUNDS_SHARE))
     found = firings(net, budget)
     dead = frozenset(net.transitions[t] for t in found.dead)
-    return WithoutTimes(dead, has_no_deadlock=found.has_no_deadlock)
+    return WithoutTimes(dead, most, has_no_deadlock=found.has_no_deadlock)
+
+
+def _most_in_time(net: TimedNet, timed: TimedNet, loose: Relaxed, budget: Budget) -> int | None:
+    """Return how many tokens a place can hold by weighted sums of tokens; None if they do not bound all."""
+    sums = [bound.value for bound in place_bounds(loose.net) if bound is not None]
+    if len(sums) < len(loose.net.places):
+        return None
+    try:
+        found = bounds_in_time(timed, loose, _of_signals(net, timed), budget)
+    except BudgetExceededError:
+        return None
+    bounds = [bound for bound in found.values() if bound is not None]
+    return max([*sums, *bounds], default=0) if len(bounds) == len(found) else None
+
+
+def _of_signals(net: TimedNet, timed: TimedNet) -> frozenset[int]:
+    """Return the transitions that signals may keep from firing, by their numbers without signals."""
+    needs = {name: len(net.test.row(t)) for t, name in enumerate(net.untimed.transitions)}
+    names = timed.untimed.transitions
+    return frozenset(t for t, name in enumerate(names) if needs.get(name) != len(timed.test.row(t)))
 
 
 def _proved(
@@ -90,10 +115,7 @@ def _proved(
     most: int | None = max(space.largest_place(), default=0)
     if not loose.places:
         return WithoutTimes(dead, most, space.markings, space.deadlocks() == 0)
-    needs = {name: len(net.test.row(t)) for t, name in enumerate(net.untimed.transitions)}
-    of_signals = frozenset(t for t, name in enumerate(names) if needs.get(name) != len(timed.test.row(t)))
-    for place in loose.places:
-        bound = bound_in_time(timed, loose, place, of_signals, budget)
+    for bound in bounds_in_time(timed, loose, _of_signals(net, timed), budget).values():
         most = None if bound is None or most is None else max(most, bound)
     unchanged = set(range(len(names))) - loose.transitions
     return WithoutTimes(dead, most, has_no_deadlock=loose.some_is_enabled(unchanged, budget))
