@@ -7,12 +7,14 @@ from pathlib import Path
 
 import pytest
 
+from dineros.analysis.timed_checks.timed_check import check_timed
 from dineros.generators import Options, check
 from dineros.metamodel import sym
 from dineros.metamodel.constraints import validate
 from dineros.metamodel.files import save
 from examples.dispatch.build import build
 from examples.dispatch.floor import phases
+from examples.dispatch.timed import ENTERED, FREED, LATENCY, REACTION, build_timed
 from tests.examples.applications import (
     EXAMPLES,
     dineros,
@@ -81,6 +83,30 @@ def test_the_floor_stops_now_and_then_and_blocks_one_robot_at_a_time() -> None:
     blocked = [sum(value for node in phase.values() for value in node.values()) for phase in seen[::2]]
     assert blocked == [0, 1, 0, 1, 0, 1]
     assert [phase["dispatcher"]["FloorStopped"] for phase in seen[1::2]] == [False, False, True] * 2
+
+
+def test_the_file_with_times_is_what_the_script_builds(tmp_path: Path) -> None:
+    save(build_timed(), tmp_path / "built.sym.xmi")
+    assert (tmp_path / "built.sym.xmi").read_bytes() == (HOME / "dispatch_timed.sym.xmi").read_bytes()
+
+
+@pytest.mark.long
+def test_times_bound_how_soon_a_robot_is_in_the_aisle_and_out() -> None:
+    """The bounds are the sums of what lies on the way, and no shorter ones hold."""
+    entered, freed = 2 * LATENCY + 4 * REACTION, LATENCY + 2 * REACTION
+    assert (entered, freed) == (pytest.approx(ENTERED), pytest.approx(FREED))
+    report = check_timed(build_timed())
+    assert not report.findings or {each.severity for each in report.findings} == {"note"}
+    assert [str(each.question) for each in report.unknown] == ["whether goals can wait forever"]
+    for id in ("EntersAFreeAisle", "AisleIsFreed"):
+        assert [each for each in report.proved if id in each], report.proved
+    sooner = build_timed()
+    for each in sooner.properties:
+        each.text = each.text.replace(f"within {ENTERED}", "within 0.089").replace(
+            f"within {FREED}", "within 0.044"
+        )
+    broken = [each for each in check_timed(sooner).findings if each.rule == "property-violated"]
+    assert len(broken) == 2
 
 
 @pytest.mark.long
