@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from dineros.sources.cpp.following.calls import Call
 from dineros.sources.cpp.following.statements import Statements
+from dineros.sources.cpp.following.statics import MUTEXES, SIGNALS
 from dineros.sources.cpp.parsing import on_text, text_of
 from dineros.sources.cpp.values import Const, Items, Lambda, Made, Method, Open, Value, constant, part
 from dineros.sources.facts import HELD, CallbackFact
@@ -16,12 +17,9 @@ if TYPE_CHECKING:
     from tree_sitter import Node
 
 _GUARDS = {"lock_guard", "unique_lock", "scoped_lock", "shared_lock"}
-_MUTEXES = ("mutex", "shared_mutex", "timed_mutex")
 _HELD_ONCE = ("std::mutex", "std::timed_mutex", "mutex")
 _NOT_NOW = ("defer_lock", "try_to_lock", "adopt_lock")
 """Arguments of a guard that do not wait for the lock; with the first, it does not hold it either."""
-_SIGNALS = ("condition_variable", "condition_variable_any", "semaphore", "latch", "barrier", "promise")
-"""A signal on which one callback waits, and that another one sets."""
 _WAITS = ("wait", "wait_for", "wait_until", "acquire", "try_acquire_for", "arrive_and_wait")
 _NOTIFIES = ("notify_one", "notify_all", "release", "count_down", "set_value", "set_exception")
 _LEAVES = ("break_statement", "return_statement", "throw_statement", "goto_statement")
@@ -49,12 +47,14 @@ class Waiting:
     def __init__(self, machine: Statements) -> None:
         self.machine = machine
         self._labels: dict[int, tuple[Value, str]] = {}
+        self._unknown: dict[str, list[int]] = {}
         self.threads: dict[int, tuple[Made, CallbackFact]] = {}
         """Threads that callbacks have started, with what they do, by id."""
 
     def forget(self) -> None:
         """Forget the names of locks and signals: code that is read again creates them again."""
         self._labels.clear()
+        self._unknown.clear()
 
     def is_guard(self, call: Call) -> bool:
         """Return whether a call creates an object that holds locks during its lifetime."""
@@ -93,10 +93,10 @@ class Waiting:
             for each in held.values if isinstance(held, Items) else ():
                 self._take(self._label(each, "", call), call, each)
             return Const(None)
-        if kind.endswith(_MUTEXES) and call.last.startswith(("lock", "unlock")):
+        if kind.endswith(MUTEXES) and call.last.startswith(("lock", "unlock")):
             self._take(self._label(on, on_text(call.node), call), call, on)
             return Const(None)
-        if kind.endswith(_SIGNALS):
+        if kind.endswith(SIGNALS):
             return self._signal(call, on, kind)
         if kind == "thread" and call.last in ("join", "get", "wait"):
             is_over = ASKED in on.fields and self.machine.when != "always"
@@ -181,6 +181,13 @@ class Waiting:
         if isinstance(value, Made):
             taken = sum(each == name or each.startswith(f"{name} (") for _, each in self._labels.values())
             name = f"{name} ({taken + 1})" if taken else name
+        else:  # members of two nodes are two locks
+            owners = self._unknown.setdefault(name, [])
+            owner = id(this) if this is not None and this.node is not None else 0
+            if owner not in owners:
+                owners.append(owner)
+            number = owners.index(owner) + 1
+            name = f"{name} ({number})" if number > 1 else name
         self._labels[id(value)] = value, name
         return name
 

@@ -205,6 +205,7 @@ FOLDERS = {
             "ways",
             "endings",
             "machine",
+            "statics",
             "expressions",
             "routines",
             "calls",

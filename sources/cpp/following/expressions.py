@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from dineros.sources.cpp.following.durations import UNITS
 from dineros.sources.cpp.following.machine import MOST_CALLS, Machine, coerced
+from dineros.sources.cpp.following.statics import global_lock
 from dineros.sources.cpp.index import ClassInfo, Routine
 from dineros.sources.cpp.operations import binary, number, text_literal
 from dineros.sources.cpp.parsing import path_of, text_of
@@ -153,6 +154,9 @@ class Expressions(Machine):
         return self._outer(path, frame)
 
     def _outer(self, path: str, frame: Frame) -> Value:
+        shared = global_lock(path, frame, self)
+        if shared is not None:
+            return shared
         space = frame.cls.full if frame.cls else frame.space
         constant = self.index.find_constant(path, frame.path, space)
         if constant is not None and len(self.calls) < MOST_CALLS:

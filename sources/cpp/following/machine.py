@@ -94,6 +94,9 @@ class Machine(Ways):
         self.made: dict[tuple[object, ...], Obj] = {}
         self.globals: dict[str, Value] = {}
         """The values of global variables and static members that code has set, by full name."""
+        self.statics: dict[object, Value] = {}
+        """Locks, signals and objects that the whole program shares: of global variables and static members by
+        full name, of static variables of routines by declaration."""
         self.fact = CallbackFact("main", "main", Place("", 1))
         self.role = "main"
         self.loops = 0
@@ -120,7 +123,7 @@ class Machine(Ways):
             int, tuple[str, tuple[object, ...], tuple[int, ...], tuple[tuple[int, int], ...], int]
         ] = {}
         """Of effects, by id: when, the calls, iterations and branches that led to it first, and its start."""
-        self._happened = 0
+        self.happened = 0
         self._order = 0
         self._stored: list[str] = []
         self.changed: dict[str, dict[int, tuple[CallbackFact, set[str]]]] = {}
@@ -157,15 +160,15 @@ class Machine(Ways):
 
     def happens(self) -> None:
         """Record that the current code does something that a model represents."""
-        self._happened += 1
+        self.happened += 1
 
     @contextmanager
     def observed(self, code: Node) -> Iterator[None]:
         """Follow a routine or a constructor, and record whether it does something."""
-        steps, before, first = self.steps, self._happened, len(self._stored)
+        steps, before, first = self.steps, self.happened, len(self._stored)
         yield
         self.writes.setdefault(code.id, set()).update(self._stored[first:])
-        if self._happened != before:
+        if self.happened != before:
             self._idle[code.id] = -MOST_STEPS
         elif self.steps - steps >= _MUCH:
             self._idle[code.id] = self._idle.get(code.id, 0) + 1

@@ -11,9 +11,22 @@ from dineros.sources.cpp.following.calls import Call
 from dineros.sources.cpp.following.choices import Choices
 from dineros.sources.cpp.following.expressions import named
 from dineros.sources.cpp.following.machine import MOST_CALLS, coerced, is_node
+from dineros.sources.cpp.following.statics import is_kept
 from dineros.sources.cpp.index import ClassInfo
 from dineros.sources.cpp.parsing import arguments_of, path_of, text_of
-from dineros.sources.cpp.values import NO_VALUE, Const, Frame, Items, Made, Obj, Open, Value, joined, options
+from dineros.sources.cpp.values import (
+    NO_VALUE,
+    Const,
+    Frame,
+    Items,
+    Made,
+    Method,
+    Obj,
+    Open,
+    Value,
+    joined,
+    options,
+)
 
 if TYPE_CHECKING:
     from tree_sitter import Node
@@ -131,15 +144,20 @@ class Statements(Choices):
         kind = node.child_by_field_name("type")
         words = {text_of(each) for each in node.named_children if each.type.endswith("_specifier")}
         words |= {text_of(each) for each in node.named_children if each.type == "type_qualifier"}
+        is_static = "static" in words and not words & {"const", "constexpr"}
         for declarator in node.children_by_field_name("declarator"):
-            self._declare(kind, declarator, node, frame)
+            key = declarator.id, *sorted(frame.types.items())
             name = name_of(declarator)
-            if (
-                "static" in words
-                and not words & {"const", "constexpr"}
-                and isinstance(frame.values.get(name), Const)
-            ):
+            if is_static and key in self.statics:
+                frame.values[name] = self.statics[key]
+                continue
+            before = self.happened
+            self._declare(kind, declarator, node, frame)
+            value = frame.values.get(name)
+            if is_static and isinstance(value, Const):
                 frame.values[name] = Open(name)  # it has the value of the last run
+            elif is_static and is_kept(value) and self.happened == before:
+                self.statics[key] = frame.values[name]
 
     def _declare(self, kind: Node | None, declarator: Node, node: Node, frame: Frame) -> None:
         name = name_of(declarator)
@@ -155,13 +173,25 @@ class Statements(Choices):
         elif function is not None:  # an apparent function is a variable with arguments
             name = path_of(function.child_by_field_name("declarator"))
             parameters = named(function.child_by_field_name("parameters"))
-            args = [self.value(each.child_by_field_name("type") or each, frame) for each in parameters]
+            args = [self._as_argument(each, frame) for each in parameters]
             value = self._made(kind, args, declarator, frame)
         else:
             value = self._made(kind, [], declarator, frame)
             if isinstance(value, Obj) and value.node is None:
                 value.is_held = True
         frame.values[name] = value
+
+    def _as_argument(self, parameter: Node, frame: Frame) -> Value:
+        """Return the value of what looks like a parameter: a name, or a call without arguments."""
+        value = self.value(parameter.child_by_field_name("type") or parameter, frame)
+        declarator = parameter.child_by_field_name("declarator")
+        if (
+            isinstance(value, Method)
+            and declarator is not None
+            and declarator.type == "abstract_function_declarator"
+        ):
+            return self.invoke(value, [], parameter, frame)
+        return value
 
     def _made(self, kind: Node | None, args: list[Value], node: Node, frame: Frame) -> Value:
         text = text_of(kind)
