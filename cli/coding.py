@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -102,6 +102,7 @@ class Code:
         from dineros.metamodel.files.atomic import write_atomically
         from dineros.observation.findings.code import code_findings
         from dineros.observation.findings.interfaces import missing_types, unchecked_types
+        from dineros.observation.findings.locks import not_modelled
         from dineros.observation.importing.coded import coded, unread
         from dineros.sources.folders import file_of_ros1
         from dineros.sources.reading import Launch, read_source
@@ -130,7 +131,9 @@ class Code:
         for line in unchecked_types(read):
             note(f"type: {line}")
         model = coded(read, ", ".join(folder for folder, _ in read))
-        return model, [*missing_types(read), *code_findings(read, model.modelled)]
+        found = code_findings(read, model.modelled)
+        model = replace(model, lacks=(*model.lacks, *not_modelled(found)))
+        return model, [*missing_types(read), *found]
 
     def mismatches(self, read: Coded, system: ObservedSystem) -> list[Finding]:
         """Return the faults of ports; without a launch file, programs may run apart."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 from dineros.analysis.witnesses.findings import Fault, Finding
 from dineros.observation.findings.serving import group_of_callback, overlaps_itself
@@ -18,6 +18,15 @@ HOLDS = Fault(
     "{who} waits ({does}) while it holds {lock}, which {others} also needs",
 )
 _User = tuple[CallbackFact, NodeFact]
+
+
+def not_modelled(findings: Iterable[Finding]) -> list[str]:
+    """Return a line for each wait under a lock: a model without locks does not show that it may never end."""
+    return [
+        f"{each.lines[0]}: {each.message}; the model has no locks"
+        for each in findings
+        if each.rule == HOLDS.rule and "(sleep)" not in each.message
+    ]
 
 
 def lock_waits(node: NodeFact, nodes: Sequence[NodeFact]) -> Iterator[tuple[Place, Finding]]:
