@@ -94,13 +94,14 @@ class Made(Value):
 class Items(Value):
     """A list of values; `is_open`: there may be others. `kind`: the class of its items, if it is known.
 
-    `of`: the name of their type.
+    `of`: the name of their type. `keys`: of a map, the items of known keys.
     """
 
     values: list[Value] = field(default_factory=list)
     is_open: bool = False
     kind: ClassInfo | None = None
     of: str = ""
+    keys: dict[object, Value] = field(default_factory=dict)
 
 
 @dataclass(eq=False)

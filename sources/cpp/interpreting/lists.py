@@ -21,10 +21,14 @@ def items(machine: Statements, call: Call, on: Items) -> Value:
         value = _item(machine, call, on)
         if not any(is_same_item(each, value) for each in on.values):
             on.values.append(value)
+        if len(call.args) == 2 and (key := constant(call.args[0])) is not None:
+            on.keys.setdefault(key, value)
         on.is_open = on.is_open or isinstance(value, Open) or machine.when != "always"
         return on
     if call.last in ("at", "front", "back", "find", "begin", "cbegin") and on.values:
         index = constant(call.args[0]) if call.args else None
+        if index in on.keys and len(on.keys) == len(on.values) and not on.is_open:
+            return on.keys[index]
         if isinstance(index, int) and 0 <= index < len(on.values):
             return on.values[index]
         return on.values[0] if len(on.values) == 1 else Either(tuple(on.values))
