@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
@@ -231,6 +231,8 @@ def _of_services(system: ObservedSystem) -> Iterator[Finding]:
 def _of_names(givers: Mapping[str, list[str]], takers: Mapping[str, list[str]]) -> Iterator[Finding]:
     """Yield names without a receiver that are similar to names without a sender, with the nodes of each."""
     for first, second in _near(givers, takers):
+        if givers[first] == takers[second] and len(givers[first]) == 1:
+            continue  # an input and an output of one node
         yield NEAR.found(
             *(first, second, *givers[first], *takers[second]),
             first=first,
@@ -252,10 +254,17 @@ def _names(ends: Iterable[tuple[ObservedNode, object]]) -> list[str]:
 
 
 def _near(givers: Iterable[str], takers: Iterable[str]) -> Iterator[tuple[str, str]]:
-    """Yield pairs of names that nearly match, or differ in their namespace only."""
+    """Yield pairs of names that nearly match, or differ in their namespace only.
+
+    If more names have the same end, it is a usual one, such as ``image_raw``: only namespaces are compared.
+    """
+    ends = Counter(each.rpartition("/")[2] for each in (*givers, *takers))
     for first in sorted(givers)[:_MOST_COMPARED]:
         for second in sorted(takers)[:_MOST_COMPARED]:
-            same_end = first.rpartition("/")[2] == second.rpartition("/")[2]
-            matcher = difflib.SequenceMatcher(None, first.lower(), second.lower())
-            if same_end or (matcher.quick_ratio() >= _NEAR and matcher.ratio() >= _NEAR):
+            (one, _, end), (other, _, other_end) = first.rpartition("/"), second.rpartition("/")
+            is_usual = end == other_end and ends[end] > 2
+            texts = (one, other) if is_usual else (first, second)
+            matcher = difflib.SequenceMatcher(None, texts[0].lower(), texts[1].lower())
+            is_near = matcher.quick_ratio() >= _NEAR and matcher.ratio() >= _NEAR
+            if is_near or (end == other_end and not is_usual):
                 yield first, second

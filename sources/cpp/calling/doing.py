@@ -189,6 +189,8 @@ class Ros(Spinning):
             return self._await(
                 call, args[1] if len(args) > 1 else None, args[2:], "spin-until-future-complete"
             )
+        if last == "on_parameter_event" and len(args) > 1 and isinstance(args[0], Obj):
+            return self.hear_parameters(call, args[0], "(no variable)", args[1:])
         if path == "rclcpp::shutdown" and (self.machine.role != "main" or call.frame.this is not None):
             self.machine.does("shutdown", "rclcpp", call.node, call.frame)
             return Const(None)

@@ -116,15 +116,20 @@ class Ports:
 
     def _listens(self, call: Call, on: Port) -> Value:
         """Set the callback of a class of a library: a filter of messages, or events of parameters."""
-        heard = on
         if call.last == "on_parameter_event":
-            entity = self.machine.entity_of("subscriptions", on.entity.port, call.node, call.frame, on.owner)
-            entity.name, entity.type = "/parameter_events", "rcl_interfaces/msg/ParameterEvent"
-            entity.details |= {**PRESETS["ParameterEventsQoS"], "group": "default", "via": "parameter client"}
-            heard = Port(entity, on.owner)
-        if call.args and heard.entity.kind == "subscriptions":
-            self.maker.callback(heard.entity, "callback", "subscription", bound(call.args), heard.owner)
+            return self.hear_parameters(call, on.owner, on.entity.port, call.args)
+        if call.args and on.entity.kind == "subscriptions":
+            self.maker.callback(on.entity, "callback", "subscription", bound(call.args), on.owner)
         return Open(call.last)
+
+    def hear_parameters(self, call: Call, owner: Obj, port: str, callback: list[Value]) -> Port:
+        """Return the subscription of events of parameters that a node gets, with a callback."""
+        entity = self.machine.entity_of("subscriptions", port, call.node, call.frame, owner)
+        entity.name, entity.type = "/parameter_events", "rcl_interfaces/msg/ParameterEvent"
+        entity.details |= {**PRESETS["ParameterEventsQoS"], "group": "default", "via": "parameter client"}
+        if callback:
+            self.maker.callback(entity, "callback", "subscription", bound(callback), owner)
+        return Port(entity, owner)
 
     def _known(self, call: Call, on: Port, known: dict[str, object]) -> Value:
         number = known.get("entity", 0)

@@ -65,6 +65,31 @@ def test_unheard_unfilled_and_near() -> None:
     assert near == [("/cmd_vel", "/cmd_vell"), ("/lonely", "/robot/lonely")]
 
 
+@pytest.mark.parametrize(
+    ("takers", "expected"),
+    [
+        ({"/c": ("/left/image_raw",), "/d": ("/depth/image_raw",)}, set()),  # a usual end of names
+        ({"/c": ("/left/image_raw",), "/d": ("/outt/image_raw",)}, {"/outt/image_raw"}),
+        ({"/c": ("/left/image_raw",)}, {"/left/image_raw"}),
+        ({"/a": ("/in/image_raw",)}, set()),  # input and output of one node
+    ],
+)
+def test_names_with_a_usual_end_are_not_near(takers: dict[str, tuple[str, ...]], expected: set[str]) -> None:
+    nodes = {"/a": ("/out/image_raw",)} | {name: () for name in takers if name != "/a"}
+    system = ObservedSystem(
+        "nowhere",
+        tuple(
+            ObservedNode(
+                name,
+                publishers=tuple(map(port, given)),
+                subscribers=tuple(map(port, takers.get(name, ()))),
+            )
+            for name, given in nodes.items()
+        ),
+    )
+    assert {each.elements[1] for each in mismatches(system) if each.rule == "names-near"} == expected
+
+
 def test_services() -> None:
     messages = found(
         ObservedNode("/a", servers=(trigger("/plan"),)),

@@ -385,3 +385,28 @@ def test_a_class_may_have_the_name_of_its_base(tmp_path: Path) -> None:
     (node,) = facts.nodes
     (pub,) = node.to_json()["publishers"]
     assert (node.name, pub["name"], pub["depth"], facts.unread) == ("door", "x", 7, [])
+
+
+def test_events_of_parameters_are_heard_with_a_static_method(tmp_path: Path) -> None:
+    (tmp_path / "robot.cpp").write_text("""
+#include "rclcpp/rclcpp.hpp"
+class Robot : public rclcpp::Node {
+ public:
+  Robot() : Node("robot") {
+    out_ = create_publisher<std_msgs::msg::String>("out", 1);
+    heard_ = rclcpp::AsyncParametersClient::on_parameter_event(
+      this->get_node_topics_interface(), std::bind(&Robot::onEvent, this, std::placeholders::_1));
+  }
+ private:
+  void onEvent(const rcl_interfaces::msg::ParameterEvent::SharedPtr) {
+    out_->publish(std_msgs::msg::String());
+  }
+  rclcpp::Publisher<std_msgs::msg::String>::SharedPtr out_;
+  rclcpp::Subscription<rcl_interfaces::msg::ParameterEvent>::SharedPtr heard_;
+};
+int main(int argc, char ** argv) { rclcpp::init(argc, argv); rclcpp::spin(std::make_shared<Robot>()); }
+""")
+    (node,) = read_source(tmp_path).nodes
+    (heard,) = node.of("subscriptions")
+    assert (heard.name, heard.type) == ("/parameter_events", "rcl_interfaces/msg/ParameterEvent")
+    assert [each.do for each in heard.callbacks["callback"].effects] == ["publish"]
