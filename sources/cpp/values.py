@@ -251,4 +251,6 @@ def options(value: Value | None) -> tuple[Value, ...]:
     """Return the possible values of a value."""
     if value is None:
         return ()
-    return value.options if isinstance(value, Either) else (value,)
+    if not isinstance(value, Either):
+        return (value,)
+    return tuple(dict.fromkeys(inner for each in value.options for inner in options(each)))

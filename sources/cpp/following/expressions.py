@@ -214,7 +214,9 @@ class Expressions(Machine):
                 and 0 <= index.value < len(on.values)
             ):
                 return on.values[index.value]
-            return Either(tuple(on.values)) if on.values and not on.is_open else Open(text_of(node)[:60])
+            others = (Open(text_of(node)[:60]),) if on.is_open or not on.values else ()
+            found = tuple(each for each in on.values if each not in others) + others
+            return found[0] if len(found) == 1 else Either(found)
         return Open(text_of(node)[:60])
 
     # ------------------------------------------------------------------------------------------- operators

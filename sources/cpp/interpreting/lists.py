@@ -6,13 +6,29 @@ from dineros.sources.cpp.binding import copied
 from dineros.sources.cpp.following.calls import Call
 from dineros.sources.cpp.following.statements import Statements
 from dineros.sources.cpp.parsing import text_of
-from dineros.sources.cpp.values import Const, Either, Items, Obj, Open, Value, constant, is_same_item, options
+from dineros.sources.cpp.values import (
+    Const,
+    Either,
+    Items,
+    Made,
+    Obj,
+    Open,
+    Value,
+    constant,
+    is_same_item,
+    options,
+)
 
 _ADDS = {
     *("push_back", "push_front", "push", "insert", "insert_or_assign"),
     *("emplace_back", "emplace_front", "emplace", "try_emplace"),
 }
 """Methods of lists that add an item."""
+_GIVES = {
+    *("at", "front", "back", "top", "find", "begin", "cbegin", "rbegin", "crbegin"),
+    *("lower_bound", "upper_bound"),
+}
+"""Methods of lists that give an item, or an iterator to one."""
 
 
 def items(machine: Statements, call: Call, on: Items) -> Value:
@@ -25,11 +41,14 @@ def items(machine: Statements, call: Call, on: Items) -> Value:
             on.keys.setdefault(key, value)
         on.is_open = on.is_open or isinstance(value, Open) or machine.when != "always"
         return on
-    if call.last in ("at", "front", "back", "find", "begin", "cbegin") and on.values:
+    if call.last == "equal_range" and on.values:
+        found = on.values[0] if len(on.values) == 1 else Either(tuple(on.values))
+        return Made("std::pair", [found, found])
+    if call.last in _GIVES and on.values:
         index = constant(call.args[0]) if call.args else None
         if index in on.keys and len(on.keys) == len(on.values) and not on.is_open:
             return on.keys[index]
-        if isinstance(index, int) and 0 <= index < len(on.values):
+        if call.last == "at" and isinstance(index, int) and 0 <= index < len(on.values) and not _is_map(on):
             return on.values[index]
         return on.values[0] if len(on.values) == 1 else Either(tuple(on.values))
     if call.last == "size" and not on.is_open:
@@ -55,3 +74,11 @@ def _item(machine: Statements, call: Call, on: Items) -> Value:
         if not is_made or len(given) != 1:
             return machine.construct(cls, given, [], call.node, call.frame)
     return copied(args[-1], call) if args else Open("an item")
+
+
+def _is_map(on: Items) -> bool:
+    """Return whether a list of this reader stands for a map: a number is a key then, and not a position."""
+    pairs = (
+        isinstance(each, Made) and each.path.endswith("pair") for item in on.values for each in options(item)
+    )
+    return bool(on.keys) or any(pairs)
