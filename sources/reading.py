@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from dineros.metamodel.errors import DinerosError, Location, counted, near_matches
-from dineros.sources.cpp.parsing import is_there
+from dineros.sources.cpp.parsing import forget_texts, is_there
 from dineros.sources.cpp.programs import CppPrograms
 from dineros.sources.facts import NODE, SPACE, Facts, NodeFact, is_open
 from dineros.sources.folders import CPP, open_folder
@@ -95,6 +95,7 @@ def read_source(
     if launch is not None:
         facts.nodes = _launched(launch, files, reading, modules, facts, programs)
     facts.unread = sorted(dict.fromkeys(folder.unread))
+    forget_texts()
     if cache is not None:
         tidy(cache)
     return facts

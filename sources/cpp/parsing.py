@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import re
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from typing import TYPE_CHECKING
 
 from dineros.metamodel.errors import DinerosError
@@ -14,6 +14,8 @@ from dineros.sources.folders import SourceFolder
 if TYPE_CHECKING:
     from tree_sitter import Node, Parser
 
+_MOST_KEPT = 1 << 16
+"""Limit of the parts of trees whose texts are kept, as code is followed repeatedly."""
 MOST_NESTED = 400
 """Limit of the nesting of brackets in a file; code written by hand has about twenty levels."""
 
@@ -122,9 +124,16 @@ def _first_branches(text: bytes) -> bytes:
     return b"\n".join(lines)
 
 
+@lru_cache(maxsize=_MOST_KEPT)
 def text_of(node: Node | None) -> str:
     """Return the text of a node."""
     return "" if node is None or node.text is None else node.text.decode("utf-8", "replace")
+
+
+def forget_texts() -> None:
+    """Release the texts of trees, and with them the trees."""
+    text_of.cache_clear()
+    path_of.cache_clear()
 
 
 def line_of(node: Node) -> int:
@@ -153,6 +162,7 @@ _BLANKS = re.compile(r"\s+")
 _TEMPLATED = {"template_type", "template_function", "template_method"}
 
 
+@lru_cache(maxsize=_MOST_KEPT)
 def path_of(node: Node | None) -> str:
     """Return the name that a node has, without arguments of templates: ``std::make_shared``."""
     if node is None:
