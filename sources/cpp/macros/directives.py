@@ -17,7 +17,14 @@ _PART = re.compile(f"(?P<literal>{LITERAL})|(?P<directive>{DIRECTIVE})", re.DOTA
 _DEFINED = re.compile(r"\s*(\w+)(?:\(([\w\s,.]*)\)|(?!\(|\w))(.*)", re.DOTALL)
 _COMMENT = re.compile(f"(?P<literal>{LITERAL})", re.DOTALL)
 _CONDITION = re.compile(r"[ \t]*#[ \t]*(if|ifdef|ifndef|elif|else|endif)\b(.*)")
-_NEVER = re.compile(r"^[ \t]*#[ \t]*if[ \t]+(?:0|1|true|false)\b", re.MULTILINE)
+_ROS_NAME = (
+    r"(?:(?:BUILDING|BUILD|USE|IS|WITH|HAVE|ENABLE)_)?ROS_?(?P<version>[12])(?:_(?:FOUND|BUILD|ENABLED))?"
+)
+_OF_ROS = re.compile(rf"(?P<not>!\s*)?(?:defined\s*)?(?:\(\s*)?{_ROS_NAME}\s*\)?")
+_NEVER = re.compile(
+    rf"^[ \t]*#[ \t]*(?:(?:el)?if[ \t]+(?:0|1|true|false)\b|(?:el)?if(?:n?def)?\b.*\b{_ROS_NAME}\b)",
+    re.MULTILINE,
+)
 _KNOWN = {"0": False, "false": False, "1": True, "true": True}
 _GUARD = re.compile(r"_(?:H|HH|HPP|HXX)_*$|_$", re.IGNORECASE)
 
@@ -96,38 +103,91 @@ def directives(path: str, text: str) -> Iterator[Directive]:
 
 
 def without_dead(text: str) -> str:
-    r"""Return a text whose branches that ``#if 0`` and ``#if 1`` exclude are blank; lines keep their numbers.
+    r"""Return a text in which the branches that are never compiled are blank; lines keep their numbers.
+
+    Conditions of known value are ``0`` and ``1``, and macros that choose between ROS 1 and ROS 2.
 
     Examples
     --------
     >>> without_dead("#if 0\nold\n#else\nnew\n#endif")
     '     \n   \n     \nnew\n      '
+    >>> without_dead("#ifdef ROS1\nold\n#elif defined(ROS2)\nnew\n#endif")
+    '           \n   \n                   \nnew\n      '
     """
     if _NEVER.search(text) is None:
         return text
     lines = text.split("\n")
-    stack: list[tuple[bool | None, bool]] = []  # whether the branch is taken, and whether it is read
+    stack: list[_Chain] = []
     for number, line in enumerate(lines):
         found = _CONDITION.match(line)
-        is_read = all(each for _, each in stack)
-        is_fixed = False
-        if found is not None:
-            which, asked = found[1], found[2].partition("//")[0].partition("/*")[0].strip()
-            if which.startswith("if"):
-                known = _KNOWN.get(asked) if which == "if" else None
-                stack.append((known, known is not False))
-                is_fixed = known is not None
-            elif stack and which in ("else", "elif") and stack[-1][0] is not None:
-                is_fixed = which == "else"
-                if which == "elif" and stack[-1][0] is False:
-                    return text  # a chain of conditions
-                stack[-1] = (stack[-1][0], not stack[-1][0])
-            elif stack and which == "endif":
-                is_fixed = stack.pop()[0] is not None
-        is_end = found is not None and not found[1].startswith("if") and all(each for _, each in stack)
-        if is_fixed or not (is_read or is_end):
-            lines[number] = " " * len(line)
+        is_read = all(each.is_read for each in stack)
+        if found is None:
+            lines[number] = line if is_read else " " * len(line)
+            continue
+        which = found[1]
+        if which.startswith("if"):
+            stack.append(_Chain())
+        chain = stack[-1] if stack else _Chain()
+        is_kept = all(each.is_read for each in stack[:-1]) and chain.enters(which, found[2])
+        lines[number] = line if is_kept else " " * len(line)
+        if is_kept and which == "elif" and chain.is_first:
+            lines[number] = line.replace("elif", "if  ", 1)
+        if which == "endif" and stack:
+            stack.pop()
     return "\n".join(lines)
+
+
+@dataclass(eq=False)
+class _Chain:
+    """A chain of conditions, from ``#if`` to ``#endif``.
+
+    Attributes
+    ----------
+    is_over : bool
+        Whether an earlier branch is certainly compiled.
+    is_read : bool
+        Whether the current branch may be compiled.
+    opened : int
+        How many conditions of unknown value there are so far: their directives are kept.
+    """
+
+    is_over: bool = False
+    is_read: bool = True
+    opened: int = 0
+
+    @property
+    def is_first(self) -> bool:
+        """Whether the current condition is the first one that is kept."""
+        return self.opened == 1
+
+    def enters(self, which: str, asked: str) -> bool:
+        """Go on to a directive; return whether it is kept."""
+        if which == "endif":
+            return self.opened > 0
+        if self.is_over:
+            self.is_read = False
+            return False
+        known = True if which == "else" else _value(which, asked)
+        if known is not None and self.opened == 0:  # the whole chain so far has known values
+            self.is_read = self.is_over = known
+            return False
+        if known is False and which == "elif":
+            self.is_read = False
+            return False
+        self.is_read = True
+        self.opened += which != "else"
+        return True
+
+
+def _value(which: str, asked: str) -> bool | None:
+    """Return the value of a condition; None: it is not known."""
+    asked = asked.partition("//")[0].partition("/*")[0].strip()
+    if which in ("if", "elif") and asked in _KNOWN:
+        return _KNOWN[asked]
+    found = _OF_ROS.fullmatch(asked)
+    if found is None or (which in ("ifdef", "ifndef") and "defined" in asked):
+        return None
+    return (found["version"] == "2") != (which == "ifndef" or bool(found["not"]))
 
 
 def _without_comment(found: re.Match[str]) -> str:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from dineros.sources.cpp.macros.directives import without_dead
 from dineros.sources.cpp.macros.expanding import Macros
 from dineros.sources.facts import HELD, Facts
 from dineros.sources.reading import read_source
@@ -231,3 +232,60 @@ def test_changed_macros_change_the_facts_of_programs(tmp_path: Path) -> None:
     header = folder / "include" / "robot" / "macros.hpp"
     header.write_text(header.read_text().replace(".get()", ""))
     assert done(read_source(folder, cache=cache)) == [("call", "async")]
+
+
+BOTH = """
+#ifdef FIRST
+#include <ros/ros.h>
+class Robot : public ros::NodeHandle { void work() { advertise<std_msgs::String>("old", 1); } };
+#SECOND
+#include "rclcpp/rclcpp.hpp"
+class Robot : public rclcpp::Node {
+ public:
+  Robot() : Node("robot") { out_ = create_publisher<std_msgs::msg::String>("out", 1); }
+  rclcpp::Publisher<std_msgs::msg::String>::SharedPtr out_;
+};
+#endif
+#if defined(BUILDING_ROS2)
+int main(int argc, char ** argv) { rclcpp::init(argc, argv); rclcpp::spin(std::make_shared<Robot>()); }
+#else
+int main(int argc, char ** argv) { ros::init(argc, argv, "robot"); Robot robot; ros::spin(); }
+#endif
+"""
+
+
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [
+        ("BUILDING_ROS1", "elif defined BUILDING_ROS2"),
+        ("ROS1", "else"),
+        ("ROS1_FOUND", "elif defined(ROS2_FOUND) // this one"),
+        ("USE_ROS1", "elif ROS2"),
+    ],
+)
+def test_code_for_both_versions_of_ros_is_read_for_ros_2(tmp_path: Path, first: str, second: str) -> None:
+    (tmp_path / "robot.cpp").write_text(BOTH.replace("FIRST", first).replace("SECOND", second))
+    facts = read_source(tmp_path)
+    (node,) = facts.nodes
+    assert (node.name, node.executor) == ("robot", "SingleThreadedExecutor")
+    assert [each.name for each in node.of("publishers")] == ["out"]
+    assert facts.unread == []
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("#if 0\na\n#elif X\nb\n#else\nc\n#endif", "#if   X|b|#else|c|#endif"),
+        ("#if X\na\n#elif 0\nb\n#else\nc\n#endif", "#if X|a|#else|c|#endif"),
+        ("#if X\na\n#elif 1\nb\n#else\nc\n#endif", "#if X|a|#elif 1|b|#else|c|#endif"),
+        ("#if 0\n#ifdef Y\na\n#else\nb\n#endif\n#else\nc\n#endif\nd", "c|d"),
+        ("#ifndef USE_ROS1\na\n#else\nb\n#endif", "a"),
+        ("#if !defined(ROS2)\na\n#elif Y\nb\n#endif", "#if   Y|b|#endif"),
+        ("#ifndef ROS2_ROBOT_H\na\n#endif", "#ifndef ROS2_ROBOT_H|a|#endif"),
+        ("#endif\n#else\na", "#endif|#else|a"),
+    ],
+)
+def test_branches_that_are_never_compiled_are_blank(text: str, expected: str) -> None:
+    found = without_dead(text)
+    assert [line.strip() for line in found.split("\n") if line.strip()] == expected.split("|")
+    assert [len(line) for line in found.split("\n")] == [len(line) for line in text.split("\n")]
