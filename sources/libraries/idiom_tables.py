@@ -96,6 +96,7 @@ _METHOD = {
     "what": _TEXT,
     "how": _TEXT,
     "entity": _COUNT,
+    "and": _COUNT,
     "callback": _COUNT,
     "timeout": _SECONDS,
 }
@@ -146,6 +147,7 @@ def checked(entry: Mapping[str, Any], number: int, file: Path) -> None:
         if not {"do", "callback"} & set(method):
             raise _wrong(file, of_method, "has neither `do` nor `callback`", 'write it like do = "publish"')
         _numbered(method, "entity", makes, of_method, file)
+        _numbered(method, "and", makes, of_method, file)
 
 
 def _checked_make(make: Mapping[str, Any], at: str, file: Path) -> None:

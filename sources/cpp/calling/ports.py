@@ -140,6 +140,10 @@ class Ports:
         if how == "spin-until" and self.machine.role not in ("main", "constructor"):
             self.machine.does("spin_until", "the node", call.node, call.frame, "to get the response")
         effect = self.machine.does(str(known.get("do", "")), entity.port, call.node, call.frame, how, entity)
+        second = known.get("and")
+        if isinstance(second, int) and second < len(on.extra):
+            other = on.extra[second]
+            self.machine.does(str(known.get("do", "")), other.port, call.node, call.frame, how, other)
         return Made("future", effect=effect)
 
     def _wait_for(self, call: Call, on: Port) -> Value:

@@ -91,3 +91,16 @@ def test_diagnostics_are_published_at_once(tmp_path: Path) -> None:
     assert effect.do == "publish"
     assert effect.entity is not None
     assert effect.entity.name == "/diagnostics"
+
+
+def test_a_camera_publishes_two_topics(tmp_path: Path) -> None:
+    held = "image_transport::CameraPublisher camera_;"
+    fill = 'camera_ = image_transport::create_camera_publisher(this, "left/image_raw");'
+    text = PROGRAM.replace("FILL", fill).replace("HELD", held).replace("USE", "camera_.publish(image, info);")
+    (tmp_path / "robot.cpp").write_text(text)
+    (node,) = read_source(tmp_path).nodes
+    (timer,) = node.of("timers")
+    effects = timer.callbacks["callback"].effects
+    assert [each.name for each in node.of("publishers")] == ["left/image_raw", "left/camera_info"]
+    published = [each.entity.name for each in effects if each.do == "publish" and each.entity is not None]
+    assert published == ["left/image_raw", "left/camera_info"]
