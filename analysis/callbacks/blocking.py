@@ -83,7 +83,7 @@ def never_without(sets: SymbolicSets, places: Iterable[int]) -> int:
 
 def without(sets: SymbolicSets, places: Iterable[int]) -> int:
     """Return the markings in which none of some places is marked."""
-    weights, constant = sets.space.weights_of(dict.fromkeys(places, 1))
+    weights, constant = sets.space.encoding.weights_of(dict.fromkeys(places, 1))
     return sets.intersection(sets.everything, sets.sets.sums(weights, None, -constant))
 
 

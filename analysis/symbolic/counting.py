@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import cached_property
 from math import prod
 
@@ -10,11 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dineros.analysis.symbolic.kernels import counting as kernels
+from dineros.analysis.symbolic.levels import Weights
 from dineros.analysis.symbolic.saturation import Diagram, DiagramMemoryError
 
 Int64Array = NDArray[np.int64]
-#: By encoding level: a number for each local state, to be summed; levels without numbers count as zero.
-Weights = Mapping[int, Sequence[int]]
 LARGEST_PRIME = 1 << 30
 #: Bytes per node, including temporary copies, and a constant number of bytes.
 NODE_BYTES = 72

@@ -7,19 +7,19 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import prod
-from operator import mul
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.nets.bounds import FlowsAndBounds, flows_and_bounds, renumbered
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.coverability import coverability
 from dineros.analysis.symbolic.canonical import arranged
-from dineros.analysis.symbolic.counting import DiagramCounts, Weights
+from dineros.analysis.symbolic.counting import DiagramCounts
 from dineros.analysis.symbolic.level_order import OrderSearch
 from dineros.analysis.symbolic.levels import Encoding, LocalEvent, UnknownBoundError, encode
 from dineros.analysis.symbolic.merging import masks_of, masks_of_tests
 from dineros.analysis.symbolic.order_cache import OrderCache
 from dineros.analysis.symbolic.saturation import Diagram, DiagramMemoryError
+from dineros.analysis.symbolic.solutions.solved import Effort, solved
 from dineros.analysis.symbolic.stages.staged import MOST_WORK, staged
 from dineros.analysis.symbolic.vector_sets import VectorSets
 
@@ -49,7 +49,9 @@ WIDE_ROUND, WIDE_WORK = 1, 2_000_000
 #: Rounds before which the state space is tried in stages, if the levels fall into components that share some,
 #: and the work allowed: if they share few levels, and if they share more. Then, orders are often cheaper.
 STAGED_ROUNDS = {1: (MOST_WORK, 2_000_000), 4: (0, MOST_WORK)}
-#: Part of the memory for it: the diagram of the orders tried so far stays.
+#: Rounds before which the state space is sought among the solutions of the invariants, and what it may cost.
+SOLVED_ROUNDS = {1: Effort(4_000_000, 50_000), 4: Effort(40_000_000, 500_000)}
+#: Part of the memory for both: the diagram of the orders tried so far stays.
 STAGED_MEMORY = 3 / 4
 #: An order that a search did not improve gets the work of this many rounds later.
 UNCHANGED_ROUNDS = 1
@@ -163,7 +165,7 @@ class SymbolicStateSpace:
             for at, place in enumerate(level.places):
                 answer[place] = max(level.states[i][at] for i in seen[k])
         for place, rule in self.encoding.boxes.determined.items():
-            weights = self._weights(rule.factors)
+            weights, _ = self.encoding.weights_of(rule.factors)
             if len(weights) == 1:
                 ((k, row),) = weights.items()
                 answer[place] = rule.constant + max(row[i] for i in seen[k])
@@ -175,13 +177,13 @@ class SymbolicStateSpace:
         """Return whether a place (by number) holds the same number of tokens in all markings."""
         most: list[int] = []
         for sign in (1, -1):
-            weights, constant = self.weights_of({place: sign})
+            weights, constant = self.encoding.weights_of({place: sign})
             most.append(constant + self.counts.largest(weights))
         return most[0] == -most[1]
 
     def largest_total(self) -> int:
         """Largest number of tokens of a reachable marking."""
-        weights, constant = self.weights_of(dict.fromkeys(range(len(self.net.places)), 1))
+        weights, constant = self.encoding.weights_of(dict.fromkeys(range(len(self.net.places)), 1))
         return constant + self.counts.largest(weights)
 
     def weighted(self, weights: Mapping[str, Callable[[int], int]]) -> int:
@@ -204,28 +206,6 @@ class SymbolicStateSpace:
                 for level in self.encoding.levels
             ]
         )
-
-    def weights_of(self, factors: Mapping[int, int]) -> tuple[Weights, int]:
-        """Return a weighted sum of tokens as weights of local states, ``[level][state]``, and a constant.
-
-        Levels that do not contribute to the sum have no weights.
-        """
-        kept: dict[int, int] = {}
-        constant = 0
-        for place, factor in factors.items():
-            rule = self.encoding.boxes.determined.get(place)
-            constant += factor * rule.constant if rule else 0
-            for p, k in (rule.factors if rule else {place: 1}).items():
-                kept[p] = kept.get(p, 0) + factor * k
-        return self._weights(kept), constant
-
-    def _weights(self, factors: Mapping[int, int]) -> Weights:
-        weights: dict[int, Sequence[int]] = {}
-        for k in {self.encoding.home[place] for place in factors}:
-            level = self.encoding.levels[k]
-            row = [factors.get(place, 0) for place in level.places]
-            weights[k] = [sum(map(mul, row, state)) for state in level.states]
-        return weights
 
     def marking_of(self, vector: Sequence[int]) -> list[int]:
         """Tokens of every place, from local states in the order of the encoding's levels."""
@@ -381,6 +361,16 @@ def _with_encoding(
     if between is not None:
         between(work)
     for order, limit in _attempts(search, _known_order(net, encoding, known), known is not None):
+        if isinstance(order, Effort):
+            if any(bound is None for bound in encoding.bounds):
+                continue
+            budget.stage("solutions of the invariants")
+            of_invariants, cost = solved(net, encoding, budget.share(memory=STAGED_MEMORY), order)
+            search.work += cost
+            if of_invariants is not None:
+                diagram = of_invariants
+                break
+            continue
         if not isinstance(order, list):
             budget.stage("saturation in stages")
             in_stages, cost = staged(encoding, int(budget.memory * STAGED_MEMORY), budget.report, order)
@@ -408,10 +398,11 @@ def _with_encoding(
 
 def _attempts(
     search: OrderSearch, known: list[int] | None, is_known: bool
-) -> Iterator[tuple[list[int] | tuple[int, int], int | None]]:
+) -> Iterator[tuple[list[int] | tuple[int, int] | Effort, int | None]]:
     """Yield orders to run, each with its allowed work: the known order, then results of longer searches.
 
-    A pair instead of an order: the state space in stages, with this allowed work. An order that is known but
+    A pair instead of an order: the state space in stages, with this allowed work. An effort: the solutions of
+    the invariants. An order that is known but
     not of these levels is one of joined levels.
     """
     if known is not None:
@@ -423,6 +414,8 @@ def _attempts(
     search.race()
     last = None
     for number, (search_work, _) in enumerate(ROUNDS):
+        if number in SOLVED_ROUNDS:
+            yield SOLVED_ROUNDS[number], None
         if number in STAGED_ROUNDS and not (is_known and known is None):
             yield STAGED_ROUNDS[number], None
         if number == WIDE_ROUND and (order_by_width := search.wide_on_top) is not None:

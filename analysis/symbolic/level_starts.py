@@ -93,6 +93,21 @@ def span(events: EventTables, order: Sequence[int]) -> int:
     return int((np.maximum.reduceat(touched, start) - np.minimum.reduceat(touched, start)).sum())
 
 
+def orders_of_spans(size: int, spans: Sequence[Sequence[int]]) -> list[list[int]]:
+    """Return two orders, bottom first, in which the levels of each span are close: one and its reverse."""
+    if not size:
+        return [[]]
+    grouped = _Spans(size, spans)
+
+    def length(order: list[int]) -> int:
+        position = {level: at for at, level in enumerate(order)}
+        return sum(max(map(position.__getitem__, s)) - min(map(position.__getitem__, s)) for s in spans)
+
+    roots = dict.fromkeys([grouped.end(), *(size * n // ROOTS for n in range(ROOTS))])
+    best = min((grouped.grown(root) for root in roots), key=length)
+    return [best[::-1], best] if size > 1 else [best]
+
+
 def _flowing(encoding: Encoding, events: EventTables) -> _Spans:
     return _Spans(len(encoding.levels), [*events.levels_of_events, *map(list, encoding.flows)])
 

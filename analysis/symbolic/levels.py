@@ -7,10 +7,10 @@ level.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from operator import add
+from operator import add, mul
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,8 @@ from dineros.analysis.symbolic.grouping import groups_of_bounds, groups_of_flows
 from dineros.metamodel.errors import BudgetError
 
 Int32Array = NDArray[np.int32]
+#: By encoding level: a number for each local state, to be summed; levels without numbers count as zero.
+Weights = Mapping[int, Sequence[int]]
 
 #: Bytes of a local state, including its entries in the tables of a few events.
 BYTES_OF_A_STATE = 300
@@ -108,6 +110,26 @@ class Encoding:
             self.flows,
         )
 
+    def weights_of(self, factors: Mapping[int, int]) -> tuple[Weights, int]:
+        """Return a weighted sum of tokens as weights of local states, ``[level][state]``, and a constant.
+
+        Levels that do not contribute to the sum have no weights.
+        """
+        kept: dict[int, int] = {}
+        constant = 0
+        for place, factor in factors.items():
+            rule = self.boxes.determined.get(place)
+            constant += factor * rule.constant if rule else 0
+            for p, k in (rule.factors if rule else {place: 1}).items():
+                kept[p] = kept.get(p, 0) + factor * k
+        kept = {place: factor for place, factor in kept.items() if factor}
+        weights: dict[int, Sequence[int]] = {}
+        for k in {self.home[place] for place in kept}:
+            level = self.levels[k]
+            row = [kept.get(place, 0) for place in level.places]
+            weights[k] = [sum(map(mul, row, state)) for state in level.states]
+        return weights, constant
+
     def masks(self, guard: Box) -> list[dict[int, Sequence[bool]]]:
         """Return a guard over any places as disjoint products of local-state sets (level -> flags)."""
         home = self.home
@@ -155,7 +177,7 @@ def encode(
     known = [value for value in values if value is not None]
     if len(known) < len(values):
         raise UnknownBoundError([net.places[p] for p, value in enumerate(values) if value is None])
-    exact = [*proportional_places(net), *place_invariants(net)] if flows is None else flows
+    exact = exact_invariants(net)
     droppable = set(range(len(net.places))).difference(keep)
     guarded = GuardedNet(net, known)
     for place in droppable:
@@ -179,6 +201,12 @@ def encode(
     spans = (tuple(sorted({home[p] for p in guarded.over_kept(flow).weights})) for flow in exact)
     shared = tuple(span for span in spans if len(span) > 1)
     return Encoding(guarded.boxes(), levels, _local_events(guarded, levels), tuple(bounds), shared)
+
+
+def exact_invariants(net: CompiledNet) -> Sequence[PlaceInvariant]:
+    """Return the semiflows of a net, or simpler invariants if it has too many of them."""
+    flows, _ = net.once(flows_and_bounds)
+    return [*proportional_places(net), *place_invariants(net)] if flows is None else flows
 
 
 def encode_like(encoding: Encoding, net: CompiledNet) -> Encoding:

@@ -17,10 +17,10 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget
-from dineros.analysis.symbolic.counting import Weights
 from dineros.analysis.symbolic.kernels import diagrams as store
 from dineros.analysis.symbolic.kernels import membership
 from dineros.analysis.symbolic.kernels import saturation as machine
+from dineros.analysis.symbolic.levels import Weights
 from dineros.analysis.symbolic.open_boxes import Masks, OpenBoxes
 from dineros.analysis.symbolic.relations import EventTables, Int64Array, Relations
 from dineros.analysis.symbolic.saturation import FIRST_CLOSED_KEY, Diagram, DiagramMemoryError

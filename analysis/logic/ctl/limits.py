@@ -212,7 +212,7 @@ class _Work:
         sets, found = self.sets.sets, self.sets.everything
         for place, limit in self.limits.items():
             if limit:
-                weights, constant = self.space.weights_of({self.open.place[place]: 1})
+                weights, constant = self.space.encoding.weights_of({self.open.place[place]: 1})
                 full = self._held(sets.sums(weights, limit - constant, None))
                 found = self._held(sets.intersection(found, full))
         return found

@@ -232,7 +232,7 @@ class SymbolicSets:
         return self.union(self._deadlocks, idle)
 
     def _sums(self, factors: Mapping[int, int], symbol: str, bound: int) -> int:
-        weights, constant = self.space.weights_of(factors)
+        weights, constant = self.space.encoding.weights_of(factors)
         bound -= constant
         low, high = {
             "<": (None, bound - 1),

@@ -51,7 +51,7 @@ class DecisionDiagrams(Method):
         if space is None:
             return
         for limits in sheet.open_limits().values():
-            weights, constant = space.weights_of(limits.factors)
+            weights, constant = space.encoding.weights_of(limits.factors)
             limits.most = limits.least = constant + space.counts.largest(weights)
         sheet.settle("symbolic")
         if sheet.open_globals():
