@@ -50,7 +50,11 @@ WIDE_ROUND, WIDE_WORK = 1, 2_000_000
 #: and the work allowed: if they share few levels, and if they share more. Then, orders are often cheaper.
 STAGED_ROUNDS = {1: (MOST_WORK, 2_000_000), 4: (0, MOST_WORK)}
 #: Rounds before which the state space is sought among the solutions of the invariants, and what it may cost.
-SOLVED_ROUNDS = {1: Effort(4_000_000, 50_000), 4: Effort(40_000_000, 500_000)}
+SOLVED_ROUNDS = {
+    1: Effort(4_000_000, 10_000),
+    4: Effort(40_000_000, 50_000),
+    6: Effort(40_000_000, 300_000),
+}
 #: Part of the memory for both: the diagram of the orders tried so far stays.
 STAGED_MEMORY = 3 / 4
 #: An order that a search did not improve gets the work of this many rounds later.

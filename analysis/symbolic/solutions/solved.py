@@ -29,6 +29,9 @@ from dineros.analysis.symbolic.saturation import BUCKET_SHARE, CACHE_SHARE, Diag
 from dineros.analysis.symbolic.solutions.distances import firing_distances, rising
 from dineros.analysis.symbolic.vector_sets import Scope, VectorSets
 
+#: Steps of preparing the box of a transition, besides one for each place that others determine.
+STEPS_OF_A_BOX = 8
+
 
 @dataclass(frozen=True)
 class Effort:
@@ -96,7 +99,7 @@ def solved(
         return None, 0
     constraints = _constraints(encoding, flows)
     steps = len(encoding.levels) * sum(1 + c.most - c.least for c in constraints)
-    steps += len(net.transitions) * len(encoding.boxes.determined)
+    steps += len(net.transitions) * (STEPS_OF_A_BOX + len(encoding.boxes.determined))
     if steps > effort.steps:
         return None, 0
     boxes = _with_predecessor(net, encoding, limits)
