@@ -91,9 +91,9 @@ def solved(
     int
         Work, in cache misses.
     """
-    if len(encoding.levels) * len(encoding.boxes.determined) > effort.steps:
-        return None, 0
     flows = exact_invariants(net)
+    if len(encoding.levels) * (len(encoding.boxes.determined) + len(flows)) > effort.steps:
+        return None, 0
     limits = _implied_limits(net, flows)
     if not _implies_groups(encoding, flows):
         return None, 0
