@@ -177,7 +177,7 @@ def encode(
     known = [value for value in values if value is not None]
     if len(known) < len(values):
         raise UnknownBoundError([net.places[p] for p, value in enumerate(values) if value is None])
-    exact = exact_invariants(net)
+    exact = net.once(exact_invariants)
     droppable = set(range(len(net.places))).difference(keep)
     guarded = GuardedNet(net, known)
     for place in droppable:

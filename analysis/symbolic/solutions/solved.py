@@ -91,7 +91,7 @@ def solved(
     int
         Work, in cache misses.
     """
-    flows = exact_invariants(net)
+    flows = net.once(exact_invariants)
     if len(encoding.levels) * (len(encoding.boxes.determined) + len(flows)) > effort.steps:
         return None, 0
     limits = _implied_limits(net, flows)
