@@ -8,11 +8,8 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import faulthandler
-import gc
-import json
+import multiprocessing
 import os
-import subprocess
 import sys
 import tempfile
 import time
@@ -23,49 +20,20 @@ from typing import Any
 
 from tests.fuzz.judging import judge
 from tests.fuzz.targets import KINDS
+from tests.fuzz.working import prepared, work
 
 FAULTS = Path("build/fuzz")
-WALL_SECONDS = 300
-"""After so much time an input counts as one that hangs, whatever the process waits for."""
-
-BETWEEN_COLLECTIONS = 20
-"""Inputs between two collections of garbage: commands put them off, as their process usually ends before."""
-
-
-def work(name: str, inputs: int, seed: int, first: int) -> None:
-    """Try the inputs of one kind; print a line of JSON for each."""
-    kind = KINDS[name]
-    results = os.fdopen(os.dup(1), "w")
-    os.dup2(2, 1)
-    with _prepared(name) as (originals, attempt, folder):
-        for number in range(first, inputs):
-            if number % BETWEEN_COLLECTIONS == 0:
-                gc.collect()
-            content = kind.input(originals, name, seed, number)
-            (folder / "current").write_bytes(content)
-            print(json.dumps({"number": number}), file=results, flush=True)
-            faulthandler.dump_traceback_later(WALL_SECONDS, exit=True)
-            verdict = judge(attempt, content, folder)
-            faulthandler.cancel_dump_traceback_later()
-            print(json.dumps(vars(verdict)), file=results, flush=True)
+APART = multiprocessing.get_context("forkserver")
+"""Where kinds are worked on: forks of a small process that has imported everything once."""
+APART.set_forkserver_preload(["tests.fuzz.working"])
 
 
 def replay(name: str, path: Path) -> int:
     """Try one input, and say what came of it."""
-    with _prepared(name) as (_, attempt, folder):
+    with prepared(name) as (_, attempt, folder):
         verdict = judge(attempt, path.read_bytes(), folder)
     print(f"status {verdict.status}, {verdict.seconds:.1f} s\n{verdict.fault or 'no fault'}")
     return 1 if verdict.fault else 0
-
-
-@contextlib.contextmanager
-def _prepared(name: str) -> Any:
-    gc.collect()
-    with tempfile.TemporaryDirectory(prefix="dineros-fuzz-") as place:
-        folder = Path(place)
-        os.environ["XDG_STATE_HOME"] = str(folder / "state")
-        with KINDS[name].prepared(folder) as (originals, attempt):
-            yield originals, attempt, folder
 
 
 def watch(name: str, inputs: int, seed: int, tell: Callable[[str], None]) -> dict[str, Any]:
@@ -82,27 +50,24 @@ def watch(name: str, inputs: int, seed: int, tell: Callable[[str], None]) -> dic
     }
     first = 0
     while first < inputs:
-        options = [name, "--inputs", str(inputs), "--seed", str(seed), "--first", str(first)]
-        with tempfile.TemporaryFile() as said:
-            process = subprocess.Popen(
-                [sys.executable, "-m", "tests.fuzz", "--work", *options],
-                stdout=subprocess.PIPE,
-                stderr=said,
-                text=True,
-            )
-            assert process.stdout is not None
+        with tempfile.NamedTemporaryFile() as said:
+            receiving, sending = APART.Pipe(duplex=False)
+            process = APART.Process(target=work, args=(name, inputs, seed, first, sending, said.name))
+            process.start()
+            sending.close()
             number: int | None = None
-            for line in process.stdout:
-                found = json.loads(line)
-                if "number" in found:
-                    number = found["number"]
-                    continue
-                _count(row, found, number)
-                if found["fault"]:
-                    tell(_keep(name, seed, number or 0, found["fault"]))
-                first, number = (number or 0) + 1, None
-            status = process.wait()
-            said.seek(0)
+            with receiving, contextlib.suppress(EOFError, OSError):  # the process ended
+                while True:
+                    found = receiving.recv()
+                    if isinstance(found, int):
+                        number = found
+                        continue
+                    _count(row, found, number)
+                    if found["fault"]:
+                        tell(_keep(name, seed, number or 0, found["fault"]))
+                    first, number = (number or 0) + 1, None
+            process.join()
+            status = process.exitcode
             end = said.read().decode("utf-8", "replace")[-6000:]
         if number is not None:
             row["inputs"] += 1
@@ -136,7 +101,7 @@ def _keep(name: str, seed: int, number: int, fault: str) -> str:
 
 
 def _input(name: str, seed: int, number: int) -> bytes:
-    with _prepared(name) as (originals, _, _):
+    with prepared(name) as (originals, _, _):
         return KINDS[name].input(originals, name, seed, number)
 
 
@@ -149,12 +114,7 @@ def main() -> int:
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="kinds at a time")
     parser.add_argument("--show", nargs=2, metavar=("KIND", "NUMBER"), help="print one input of the seed")
     parser.add_argument("--replay", nargs=2, metavar=("KIND", "FILE"), help="try one input again")
-    parser.add_argument("--work", help=argparse.SUPPRESS)
-    parser.add_argument("--first", type=int, default=0, help=argparse.SUPPRESS)
     given = parser.parse_args()
-    if given.work:
-        work(given.work, given.inputs, given.seed, given.first)
-        return 0
     if given.show:
         sys.stdout.buffer.write(_input(given.show[0], given.seed, int(given.show[1])))
         return 0

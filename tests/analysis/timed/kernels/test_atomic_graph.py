@@ -23,6 +23,18 @@ FOLDER = Path(__file__).resolve().parents[5] / "shared/tpn/nets"
 NONE = 1 << 40
 AT_ONCE = 1 << 21
 """Bounds of one stack of matrices."""
+PUBLISHED = [257_863, 3_202_032]
+"""Classes and edges of countertrains4. Not met: 257 858 and 3 201 833 are found.
+
+Of 88 ways of cutting, 64 give 257 858, and none gives the published figures; see "Orders of cuts" in
+``docs/benchmarks.md``. One bound at a time gave as few as 257 844 in another program. Without the
+rule that equal classes are one, there are more than 286 000, and the other figures are not met, either.
+
+Both figures can be right. The test here finds by other means that all 3 201 833 edges are
+stable: each state of a class leads into each class after it. Fewer classes are enough, so the published
+graph is not the smallest one. What does not lead there is not convex, and can be cut into convex classes in
+several ways; so there is no one coarsest set of them, and the figure belongs to the cuts of one program.
+"""
 
 pytestmark = pytest.mark.skipif(not FOLDER.exists(), reason="the nets are not beside the project")
 
@@ -37,6 +49,7 @@ class Graph:
         assert search.reason is None and atoms is not None
         classes, edges = int(atoms.control[CLASSES]), int(atoms.control[EDGES])
         self.net, self._atoms, self.initial = net, atoms, int(atoms.control[INITIAL])
+        self.figures = [search.classes, search.edges]
         self.alive = np.flatnonzero(atoms.is_alive[:classes])
         living = np.flatnonzero(atoms.state[:edges] == STABLE)
         self.source, self.target = atoms.source[living], atoms.target[living]
@@ -206,6 +219,8 @@ def firings_are_followed(graph: Graph, random: Random, states: int) -> int:
 )
 def test_all_states_of_a_class_have_the_same_futures(name: str) -> None:
     graph = Graph(compile_timed_net(load(FOLDER / f"{name}.net")))
+    if name == "countertrains4":
+        assert graph.figures == pytest.approx(PUBLISHED, rel=1e-4)
     for edges in graph.groups():
         size = len(graph.clocks[int(graph.marking[graph.source[edges[0]]])]) + 1
         for part in np.array_split(edges, max(1, len(edges) * size * size // AT_ONCE)):
