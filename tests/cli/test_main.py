@@ -112,7 +112,7 @@ def test_every_option_and_argument_explains_itself(name: str) -> None:
 
 
 @pytest.fixture(scope="session")
-def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def desk(tmp_path_factory: pytest.TempPathFactory, warm: Path) -> Path:
     """A folder with what the examples start from: the model, witnesses, a recorded run, a workspace."""
     folder = tmp_path_factory.mktemp("desk")
     (folder / "sorting.sym.xmi").write_bytes((ROOT / "case_study/sorting.sym.xmi").read_bytes())
@@ -153,6 +153,7 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
     )
     (folder / "handler.net").write_text("net handler\ntr begin [1,2] p -> q\ntr end [3,4] q -> p\npl p (1)\n")
     write_package(folder / "src")
+    dineros = executable(tmp_path_factory.mktemp("bin"), warm)
     for command in (
         "import --bag recording -o seen.sym.xmi",
         "find sorting.sym.xmi --enabled TPick -o pick.jsonl",
@@ -162,9 +163,16 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
         "generate sorting.sym.xmi -o workspace",
         "import --source src --launch robot.launch.py -o coded.sym.xmi",
     ):
-        program = [sys.executable, "-m", "dineros.cli.main", *command.split()]
-        subprocess.run(program, cwd=folder, check=True, capture_output=True)
+        subprocess.run([dineros, *command.split()], cwd=folder, check=True, capture_output=True)
     return folder
+
+
+def executable(folder: Path, warm: Path) -> Path:
+    """Write the command ``dineros`` into a folder: a fork of what serves at a socket."""
+    command = folder / "dineros"
+    command.write_text(program(warm), encoding="utf-8")
+    command.chmod(0o755)
+    return command
 
 
 def write_package(folder: Path) -> None:
@@ -198,9 +206,7 @@ def test_every_example_runs(example: str, desk: Path, tmp_path: Path, warm: Path
     shutil.copytree(desk, tmp_path, dirs_exist_ok=True)
     for folder in (".local/share/bash-completion/completions", ".zfunc", ".config/fish/completions"):
         (tmp_path / folder).mkdir(parents=True)
-    command = tmp_path / "dineros"
-    command.write_text(program(warm), encoding="utf-8")
-    command.chmod(0o755)
+    executable(tmp_path, warm)
     environment = {**os.environ, "HOME": str(tmp_path), "PATH": f"{tmp_path}:{os.environ['PATH']}"}
     result = subprocess.run(
         ["bash", "-c", example], cwd=tmp_path, env=environment, capture_output=True, text=True, check=False
