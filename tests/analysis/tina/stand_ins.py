@@ -24,6 +24,7 @@ from dineros.analysis.logic.language.rewriting import negated
 from dineros.analysis.logic.language.semantics import holds_on_lasso
 from dineros.analysis.logic.language.syntax import Atom, Comparison, Deadlock, Fired, Formula
 from tests.analysis.tina.selt_language import SUB, read
+from tests.support.programs.warm_commands import program
 
 if TYPE_CHECKING:
     from dineros.analysis.nets.compiled import CompiledNet
@@ -42,17 +43,24 @@ _COMPARE = {
 Edge = tuple[str | None, int]
 
 
-def install(folder: Path, *names: str) -> None:
-    """Write the executables into a folder."""
+def install(folder: Path, *names: str, warm: Path | None = None) -> None:
+    """Write the executables into a folder: forks of what serves at the socket `warm`, if given."""
     folder.mkdir(exist_ok=True)
     for name in names or PROGRAMS:
-        program = folder / name
-        program.write_text(
-            f"#!{sys.executable}\nimport sys\nsys.path.insert(0, {str(ROOT)!r})\n"
+        path = folder / name
+        path.write_text(
+            program(warm, f"{__name__}:called", name)
+            if warm
+            else f"#!{sys.executable}\nimport sys\nsys.path.insert(0, {str(ROOT)!r})\n"
             f"from tests.analysis.tina.stand_ins import main\nmain({name!r}, sys.argv[1:])\n",
             encoding="utf-8",
         )
-        program.chmod(0o755)
+        path.chmod(0o755)
+
+
+def called() -> None:
+    """Be the program that the first argument of this process names."""
+    main(sys.argv[1], sys.argv[2:])
 
 
 class Graph:
@@ -169,20 +177,20 @@ def _events(graph: Any, start: object, end: object) -> Iterator[Any]:
         yield next(iter(graph[source][target].values()))["event"]
 
 
-def main(program: str, arguments: list[str]) -> None:
+def main(name: str, arguments: list[str]) -> None:
     """Run a program; the trial net is answered rightly unless a fault says otherwise."""
     faults = set(filter(None, os.environ.get(FAULTS, "").split(",")))
-    if any(name.startswith(("trial.", "stopped.")) for name in arguments):
+    if any(each.startswith(("trial.", "stopped.")) for each in arguments):
         faults = {fault.removeprefix("trial ") for fault in faults if fault.startswith("trial ")}
-    if f"{program} fails" in faults:
-        print(f"{program}: something is wrong", file=sys.stderr)
+    if f"{name} fails" in faults:
+        print(f"{name}: something is wrong", file=sys.stderr)
         sys.exit(3)
-    if f"{program} sleeps" in faults:
+    if f"{name} sleeps" in faults:
         time.sleep(60)
-    if f"{program} babbles" in faults:
+    if f"{name} babbles" in faults:
         print("Hello.")
         return
-    {"tina": _tina, "sift": _sift, "selt": _selt, "pathto": _pathto}[program](arguments, faults)
+    {"tina": _tina, "sift": _sift, "selt": _selt, "pathto": _pathto}[name](arguments, faults)
 
 
 def _net(file: str) -> CompiledNet:

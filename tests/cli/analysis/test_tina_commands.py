@@ -22,10 +22,10 @@ TINA = ("--engine", "tina")
 
 
 @pytest.fixture(scope="module")
-def programs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def programs(tmp_path_factory: pytest.TempPathFactory, warm: Path) -> Path:
     """Return a folder with all programs, the same for all tests: they are tried once."""
     folder = tmp_path_factory.mktemp("programs")
-    install(folder)
+    install(folder, warm=warm)
     return folder
 
 

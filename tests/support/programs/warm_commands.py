@@ -1,11 +1,11 @@
 """The command ``dineros`` as a fork of a process that has imported the engines, which is most of its time.
 
-It is a process of its own, with the arguments, folder, environment and open files of whoever called it, and
-its exit status. Cold starts are tested by the pages in `COLD` (`tests/docs/test_examples.py`), and wherever a
-test starts ``python -m dineros.cli.main``.
+Other functions can be such commands, too. A command is a process of its own, with the arguments, folder,
+environment and open files of whoever called it, and its exit status. Cold starts are tested by the pages in
+`COLD` (`tests/docs/test_examples.py`), and wherever a test starts ``python -m dineros.cli.main``.
 
->>> python tests/support/programs/warm_commands.py SOCKET                         # waits for commands
->>> python tests/support/programs/warm_commands.py SOCKET validate model.sym.xmi  # is one of them
+>>> python tests/support/programs/warm_commands.py SOCKET  # waits for commands
+>>> python tests/support/programs/warm_commands.py SOCKET dineros.cli.main:main validate model.sym.xmi
 """
 
 from __future__ import annotations
@@ -28,10 +28,13 @@ STANDARD = (0, 1, 2)
 _READ = 1 << 20
 
 
-def main(path: str, arguments: list[str]) -> int:
-    """Serve commands at a socket until standard input ends; with arguments, be a command."""
-    if arguments:
-        return _ask(path, arguments)
+DINEROS = "dineros.cli.main:main"
+
+
+def main(path: str, called: str = "", *arguments: str) -> int:
+    """Serve commands at a socket until standard input ends; with what is called, be a command."""
+    if called:
+        return _ask(path, called, list(arguments))
     _prepare()
     with socket.socket(socket.AF_UNIX) as listening:
         listening.bind(path)
@@ -64,15 +67,26 @@ def served(path: Path) -> Iterator[Path]:
         server.stdin.close()
 
 
-def program(place: Path) -> str:
-    """Return a script that is the command ``dineros``, a fork of what serves at a socket."""
-    return f'#!/bin/sh\nexec "{sys.executable}" -I -S "{__file__}" "{place}" "$@"\n'
+def program(place: Path, called: str = DINEROS, first: str = "") -> str:
+    """Return a script that is the command ``dineros``, a fork of what serves at a socket.
+
+    Parameters
+    ----------
+    place : Path
+        The socket.
+    called : str
+        The module and the function without parameters that are called instead.
+    first : str
+        An argument before all others.
+    """
+    before = f'"{called}" "{first}"' if first else f'"{called}"'
+    return f'#!/bin/sh\nexec "{sys.executable}" -I -S "{__file__}" "{place}" {before} "$@"\n'
 
 
-def _ask(path: str, arguments: list[str]) -> int:
+def _ask(path: str, called: str, arguments: list[str]) -> int:
     """Have a command run with the open files of this process; return its exit status."""
     folder = os.getcwd()  # noqa: PTH109 - `pathlib` takes as long to import as all of this
-    asked = {"arguments": arguments, "folder": folder, "environment": dict(os.environ)}
+    asked = {"called": called, "arguments": arguments, "folder": folder, "environment": dict(os.environ)}
     with socket.socket(socket.AF_UNIX) as connection:
         connection.connect(path)
         socket.send_fds(connection, [b"\0"], STANDARD)
@@ -127,8 +141,8 @@ def _become(asked: dict[str, Any], files: list[int]) -> None:
     """Be the command that was asked for, to the end."""
     import atexit
     import threading
-
-    from dineros.cli.main import main as dineros
+    import traceback
+    from importlib import import_module
 
     for file, place in zip(files, STANDARD, strict=True):
         os.dup2(file, place)
@@ -138,11 +152,18 @@ def _become(asked: dict[str, Any], files: list[int]) -> None:
     os.environ.update(asked["environment"])
     sys.argv[1:] = asked["arguments"]
     sys.path[0] = asked["folder"]  # as `python -m` has it
+    if asked["called"] != DINEROS:
+        sys.path.append(__file__.rpartition("/tests/")[0])
     status: object = 1
     try:
-        dineros()
+        module, _, function = asked["called"].partition(":")
+        getattr(import_module(module), function)()
     except SystemExit as ended:
         status = ended.code
+    except Exception:
+        traceback.print_exc()
+    else:
+        status = 0
     finally:  # as `multiprocessing` ends a fork; taking all modules down would copy their memory
         threading._shutdown()  # type: ignore[attr-defined]
         atexit._run_exitfuncs()
@@ -152,4 +173,4 @@ def _become(asked: dict[str, Any], files: list[int]) -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1], sys.argv[2:]))
+    sys.exit(main(*sys.argv[1:]))
