@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 Int64Array = NDArray[np.int64]
 
-#: Size in bytes from which huge pages are requested: fewer TLB misses, but more memory touched at once.
+#: Size in bytes from which huge pages are requested: fewer TLB misses, but more memory touched at once. The first
+#: 2 MiB have small pages: a small search touches the beginning of many arrays, and clearing a huge page of each
+#: takes milliseconds.
 LEAST_FOR_HUGE_PAGES = 1 << 22
 HUGE_PAGE = 1 << 21
 #: Distance between small arrays of different threads, in elements: a shared cache line slows both down.
@@ -25,7 +27,7 @@ def lazy_zeros(rows: int, columns: int | None = None, is_huge: bool = True) -> I
     rows, columns
         Its shape.
     is_huge
-        Whether pages of 2 MiB may be used.
+        Whether pages of 2 MiB may be used, after the first 2 MiB.
 
     Raises
     ------
@@ -44,7 +46,8 @@ def lazy_zeros(rows: int, columns: int | None = None, is_huge: bool = True) -> I
     except OSError as error:  # beyond a limit of the address space
         raise MemoryError(f"{size} bytes cannot be mapped") from error
     if is_huge and size >= LEAST_FOR_HUGE_PAGES and hasattr(mmap, "MADV_HUGEPAGE"):
-        pages.madvise(mmap.MADV_HUGEPAGE)
+        pages.madvise(mmap.MADV_NOHUGEPAGE, 0, HUGE_PAGE)
+        pages.madvise(mmap.MADV_HUGEPAGE, HUGE_PAGE)
     return np.frombuffer(pages, dtype=np.int64).reshape(shape)
 
 
