@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 Int64Array = NDArray[np.int64]
 
-#: Size in bytes from which huge pages are requested: fewer TLB misses, but more memory touched at once. The first
-#: 2 MiB have small pages: a small search touches the beginning of many arrays, and clearing a huge page of each
-#: takes milliseconds.
+#: Size in bytes from which huge pages are requested: fewer TLB misses, but more memory touched at once. The
+#: first 2 MiB have small pages: a small search touches the beginning of many arrays, and clearing a huge page
+#: of each takes milliseconds.
 LEAST_FOR_HUGE_PAGES = 1 << 22
 HUGE_PAGE = 1 << 21
 #: Distance between small arrays of different threads, in elements: a shared cache line slows both down.
