@@ -16,6 +16,7 @@ from dineros.sources.language.values import (
     Outside,
     OutsideMethod,
     Partial,
+    Port,
     Slot,
     Value,
     join,
@@ -148,11 +149,7 @@ class Slots:
 
     run: int
     changes: int = 0
-
-    @property
-    def activity(self) -> Branches:
-        """The code that is being read."""
-        raise NotImplementedError
+    activity: Branches
 
     def read_slot(self, holder: Holder, name: str) -> Value | None:
         """Return the value of an attribute: the one assigned in this run, or all values that it has had."""
@@ -201,3 +198,23 @@ class Slots:
             self._log(slot, before)
             slot.current = join([*values, *(way[slot][1] for way in ways if slot in way)])
             slot.run = self.run
+
+
+def lend(instance: Object, depth: int) -> None:
+    """Record that unknown code gets an object, with the ports of all objects at most `depth` steps away."""
+    seen = {instance}
+    level = [instance]
+    while level:
+        reached: list[Object] = []
+        for each in level:
+            if each.node is not None:
+                each.node.is_lent = True
+            for slot in each.slots.values() if depth else ():
+                for held in slot.holders():
+                    if isinstance(held, Port):
+                        held.entity.is_lent = True
+                    elif held not in seen:
+                        seen.add(held)
+                        reached.append(held)
+        level = reached
+        depth -= 1

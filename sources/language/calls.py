@@ -282,7 +282,7 @@ class Interpreter(Statements):
         if found is not None:
             return found
         frame = self.frames[module.path] = Frame(module)
-        holder = self.holders[id(frame)] = Holder()
+        holder = frame.holder = Holder()
         name = "__main__" if is_script else module.stem
         self.write_slot(holder, "__name__", Const(name))
         self.write_slot(holder, "__file__", Const(module.path, "variable"))

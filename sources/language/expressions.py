@@ -8,6 +8,7 @@ from functools import lru_cache
 
 from dineros.sources.language.constants import call_constant
 from dineros.sources.language.gathering import Collections
+from dineros.sources.language.machine import TooLong
 from dineros.sources.language.modules import Module, text_of_code
 from dineros.sources.language.operations import short
 from dineros.sources.language.values import (
@@ -59,7 +60,9 @@ class Expressions(Collections):
 
     def evaluate(self, node: ast.expr, frame: Frame) -> Value:
         """Return the value of an expression; its effects are recorded."""
-        self.step()
+        self.steps += 1
+        if self.steps > self.most_steps:
+            raise TooLong
         method = getattr(self, _NAMES[type(node)], None)
         if method is None:
             for child in ast.iter_child_nodes(node):
@@ -80,9 +83,9 @@ class Expressions(Collections):
         here: Frame | None = frame
         is_global = name in frame.globals
         while here is not None:
-            holder = self.holder_of(here)
+            holder = here.holder
             if holder is not None:
-                found = self.read_slot(holder, name)
+                found = self.read_slot(holder, name) if name in holder.slots else None
                 if found is not None:
                     return self._as_assigned(found, holder, name, frame)
             elif name in here.names and not is_global and not _is_hidden(here, frame):

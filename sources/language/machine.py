@@ -10,13 +10,14 @@ from typing import Protocol
 
 from dineros.sources.branches import Anything, Branch, Do, Loop
 from dineros.sources.facts import STARTING, CallbackFact, Effect, Entity, Item, NodeFact
-from dineros.sources.language.attributes import Attributes, Slots, Written
+from dineros.sources.language.attributes import Attributes, Slots, Written, lend
 from dineros.sources.language.inner import callback_key, widen
 from dineros.sources.language.modules import Module, Modules
 from dineros.sources.language.values import (
     Bound,
     Callback,
     Class,
+    Const,
     Frame,
     Function,
     Future,
@@ -25,10 +26,13 @@ from dineros.sources.language.values import (
     Made,
     Mapping,
     Object,
+    Open,
+    Outside,
     OutsideMethod,
     Partial,
     Port,
     RunningNode,
+    Text,
     Value,
     options,
 )
@@ -103,6 +107,24 @@ class Activity:
             self.holding.remove(last)
 
 
+class Block:
+    """Collects the effects of an activity in a block of its own; a class, as it is entered for each test."""
+
+    __slots__ = ("_activity", "_outer")
+
+    def __init__(self, activity: Activity) -> None:
+        self._activity = activity
+
+    def __enter__(self) -> list[Item]:
+        self._outer = self._activity.block
+        found: list[Item] = []
+        self._activity.block = found
+        return found
+
+    def __exit__(self, *rest: object) -> None:
+        self._activity.block = self._outer
+
+
 class Library(Protocol):
     """Interprets functions that are not in the folder."""
 
@@ -153,12 +175,11 @@ class Machine(Slots):
         self.program = program
         self.script: str | None = None
         self.frames: dict[str, Frame] = {}
-        self.holders: dict[int, Holder] = {}
         self.presets: dict[str, Made] = {}
         self.nodes: list[NodeFact] = []
         self.callbacks: dict[tuple[object, ...], Callback] = {}
         self.entities: dict[tuple[object, ...], Entity] = {}
-        self.activities: list[Activity] = []
+        self.activity: Activity
         self.trail: list[object] = []
         self.calls: list[Function] = []
         self.reading: Callback | None = None
@@ -180,14 +201,13 @@ class Machine(Slots):
 
     # -------------------------------------------------------------------------------------------- where it is
 
-    @property
-    def activity(self) -> Activity:
-        """What is being read."""
-        return self.activities[-1]
-
     def place(self, node: ast.AST, frame: Frame) -> Place:
         """Return the location of a part of the code."""
-        return Place(frame.module.path, getattr(node, "lineno", 1))
+        file = frame.module.path
+        known: Place | None = getattr(node, "place", None)  # loops and calls ask for it again
+        if known is None or known.file != file:
+            known = node.place = Place(file, getattr(node, "lineno", 1))  # type: ignore[attr-defined]
+        return known
 
     def step(self) -> None:
         """Count a step.
@@ -204,13 +224,13 @@ class Machine(Slots):
     @contextmanager
     def doing(self, activity: Activity) -> Iterator[None]:
         """Assign the effects to another activity."""
-        self.activities.append(activity)
+        before = getattr(self, "activity", activity)
+        self.activity = activity
         try:
             yield
         finally:
-            self.activities.pop()
+            self.activity = before
 
-    @contextmanager
     def perhaps(
         self,
         *,
@@ -218,46 +238,17 @@ class Machine(Slots):
         is_disabled: bool = False,
         is_kept: bool = False,
         ways: list[Written] | None = None,
-    ) -> Iterator[list[Item]]:
+    ) -> Perhaps:
         """Run code that may be executed any number of times; yield its block, which the caller may keep.
 
         Attributes that it sets may also have their values from before, afterwards. With `ways`, they have
         these values again, and `ways` has the new ones.
         """
-        activity = self.activity
-        written: Written = {}
-        activity.conditional += 1
-        activity.loops += is_loop
-        activity.disabled += is_disabled
-        activity.written.append((activity.conditional, written))
-        try:
-            with self.block() as done:
-                yield done
-        finally:
-            activity.written.pop()
-            found_ways = [] if ways is None else ways
-            if not is_disabled:
-                found_ways.append({slot: (before, slot.current) for slot, (before, _) in written.items()})
-            for slot, (before, _) in written.items():
-                slot.current = slot.current if before is None else before
-            if ways is None:
-                self.merge_slots(found_ways, has_rest=True)
-            activity.conditional -= 1
-            activity.loops -= is_loop
-            activity.disabled -= is_disabled
-        if done and not is_kept:
-            found = Loop(Anything(), done) if is_loop else Branch(Anything(), done, [])
-            activity.block.append(found)
+        return Perhaps(self, is_loop, is_disabled, is_kept, ways)
 
-    @contextmanager
-    def block(self) -> Iterator[list[Item]]:
+    def block(self) -> Block:
         """Collect the effects in a block of its own."""
-        activity = self.activity
-        outer, activity.block = activity.block, []
-        try:
-            yield activity.block
-        finally:
-            activity.block = outer
+        return Block(self.activity)
 
     @contextmanager
     def each(self, index: object, *, is_loop: bool = True) -> Iterator[None]:
@@ -274,13 +265,15 @@ class Machine(Slots):
 
     def holder_of(self, frame: Frame) -> Holder | None:
         """Return the namespace of a module; None for a function."""
-        return self.holders.get(id(frame))
+        return frame.holder
 
     def escape(self, value: Value | None, depth: int = 3, *, is_read: bool = True) -> None:
         """Record that unknown code receives a value: it may call the functions in the value at any time.
 
         These are read as callbacks of events, unless `is_read` is false.
         """
+        if isinstance(value, (Const, Open, Text, Outside)):
+            return  # it has no functions
         for each in options(value):
             if isinstance(each, (Function, Bound, Partial)):
                 self.attributes.may_call(each)
@@ -295,7 +288,7 @@ class Machine(Slots):
                 now = self.changes, len(self.nodes)
                 if self._lent.get((each, depth)) != now:
                     self._lent[each, depth] = now
-                    _lend(each, depth)
+                    lend(each, depth)
             elif isinstance(each, OutsideMethod) and isinstance(each.instance, Port):
                 each.instance.entity.is_lent = True
             elif isinstance(each, Items) and depth:
@@ -422,24 +415,51 @@ class Machine(Slots):
         order = cls.inside
         if after is not None and after in order:
             order = order[order.index(after) + 1 :]
-        return next((each.names[name] for each in order if name in each.names), None)
+        for each in order:
+            if name in each.names:
+                return each.names[name]
+        return None
 
 
-def _lend(instance: Object, depth: int) -> None:
-    """Record that unknown code gets an object, with the ports of all objects at most `depth` steps away."""
-    seen = {instance}
-    level = [instance]
-    while level:
-        reached: list[Object] = []
-        for each in level:
-            if each.node is not None:
-                each.node.is_lent = True
-            for slot in each.slots.values() if depth else ():
-                for held in slot.holders():
-                    if isinstance(held, Port):
-                        held.entity.is_lent = True
-                    elif held not in seen:
-                        seen.add(held)
-                        reached.append(held)
-        level = reached
-        depth -= 1
+class Perhaps:
+    """Runs code that may be executed any number of times, see `Machine.perhaps`."""
+
+    __slots__ = ("_activity", "_done", "_is_disabled", "_is_kept", "_is_loop", "_outer", "_slots", "_ways")
+
+    def __init__(
+        self, slots: Machine, is_loop: bool, is_disabled: bool, is_kept: bool, ways: list[Written] | None
+    ) -> None:
+        self._slots, self._activity, self._ways = slots, slots.activity, ways
+        self._is_loop, self._is_disabled, self._is_kept = is_loop, is_disabled, is_kept
+
+    def __enter__(self) -> list[Item]:
+        activity = self._activity
+        activity.conditional += 1
+        activity.loops += self._is_loop
+        activity.disabled += self._is_disabled
+        activity.written.append((activity.conditional, {}))
+        self._outer = activity.block
+        self._done: list[Item] = []
+        activity.block = self._done
+        return self._done
+
+    def __exit__(self, kind: object, *rest: object) -> None:
+        activity, ways = self._activity, self._ways
+        activity.block = self._outer
+        written = activity.written.pop()[1]
+        if written:
+            found = [] if ways is None else ways
+            if not self._is_disabled:
+                found.append({slot: (before, slot.current) for slot, (before, _) in written.items()})
+            for slot, (before, _) in written.items():
+                slot.current = slot.current if before is None else before
+            if ways is None:
+                self._slots.merge_slots(found, has_rest=True)
+        elif ways is not None and not self._is_disabled:
+            ways.append({})
+        activity.conditional -= 1
+        activity.loops -= self._is_loop
+        activity.disabled -= self._is_disabled
+        if self._done and not self._is_kept and kind is None:
+            done = self._done
+            activity.block.append(Loop(Anything(), done) if self._is_loop else Branch(Anything(), done, []))

@@ -128,6 +128,7 @@ class Frame:
     function: Function | None = None
     instance: Value | None = None
     returns: list[Value] = field(default_factory=list)
+    holder: Holder | None = None  # of a module: its variables
 
 
 @dataclass(eq=False)
@@ -421,7 +422,9 @@ def join(values: Iterable[Value | None]) -> Value:
     """Return a value that stands for any of several."""
     values = list(values)
     one = values[0] if values else None
-    if one is not None and all(each is one for each in values):
+    if one is not None and (
+        len(values) == 1 or values.count(one) == len(values)
+    ):  # these compare by identity
         return one
     found: dict[Hashable, Value] = {}
     for value in values:

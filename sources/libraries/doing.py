@@ -67,7 +67,7 @@ class Doer:
     def __init__(self, maker: Maker) -> None:
         self.maker = maker
         self.machine = maker.machine
-        self._named: dict[str, list[Value]] = {}
+        self._named: dict[str, dict[Value, int]] = {}  # values compare by identity
         self._once: dict[tuple[Place, tuple[object, ...]], Value] = {}
 
     def is_callback(self) -> bool:
@@ -323,10 +323,8 @@ class Doer:
 
     def _label(self, value: Value, name: str) -> str:
         """Return a name for a lock, an event or a queue that no other one of the program has."""
-        same = self._named.setdefault(name, [])
-        if all(each is not value for each in same):
-            same.append(value)
-        index = next(number for number, each in enumerate(same, 1) if each is value)
+        same = self._named.setdefault(name, {})
+        index = same.setdefault(value, len(same) + 1)
         return name if index == 1 else f"{name} (number {index})"
 
     def acquire(

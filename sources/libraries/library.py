@@ -16,6 +16,7 @@ from dineros.sources.language.values import (
     NONE,
     QUEUE,
     Const,
+    Either,
     Frame,
     Future,
     Generator,
@@ -120,7 +121,10 @@ class RosLibrary:
 
     def _drawn(self, args: list[Value], node: ast.AST, frame: Frame, *, is_one: bool = False) -> list[Value]:
         """Run the generators among arguments; as far as the next value, if `is_one`."""
-        if not any(isinstance(each, Generator) for value in args for each in options(value)):
+        for value in args:
+            if isinstance(value, Generator) or (isinstance(value, Either) and _has_generator(value)):
+                break
+        else:
             return args
         with self.machine.perhaps() if is_one else nullcontext():
             return [self.machine.drawn(each, node, frame) for each in args]
@@ -457,3 +461,7 @@ class RosLibrary:
                 self.doer.acquire(each, text, node, frame, is_scope=len(options(value)) == 1)
                 return True
         return False
+
+
+def _has_generator(value: Either) -> bool:
+    return any(isinstance(each, Generator) for each in value.options)

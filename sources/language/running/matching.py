@@ -77,13 +77,12 @@ class Matching(Assignments):
 
 def merge(frame: Frame, after: list[dict[str, Value]], before: dict[str, Value]) -> None:
     """Merge the values of variables from all branches that continue."""
-    if not after:
-        after = [before]
+    if len(after) < 2:
+        found = dict(*after) if after else dict(before)
+        frame.names.clear()
+        frame.names.update(found)
+        return
     names = {name for each in after for name in each}
-    merged = {}
-    for name in names:
-        values = [each[name] for each in after if name in each]
-        is_one = all(value is values[0] for value in values[1:])
-        merged[name] = values[0] if is_one else join(values)
+    merged = {name: join([each[name] for each in after if name in each]) for name in names}
     frame.names.clear()
     frame.names.update(merged)
