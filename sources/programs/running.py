@@ -148,7 +148,7 @@ def _run(program: Program, modules: Modules, reading: Reading) -> tuple[list[Nod
 def _follow(program: Program, module: Module, modules: Modules, reading: Reading) -> list[NodeFact]:
     """Run a program in the interpreter; return its nodes."""
     words = program.full
-    machine, _ = _interpreter(modules, words, reading)
+    machine, library = _interpreter(modules, words, reading)
     machine.home = module.path
     main = CallbackFact("main", "main", Place(module.path, 1))
     activity = Activity(main)
@@ -171,6 +171,7 @@ def _follow(program: Program, module: Module, modules: Modules, reading: Reading
         for node in machine.nodes:
             for callback in node.callbacks:
                 callback.is_open = True
+    library.executors.late.finish()
     assign_callbacks(machine, activity)
     return machine.nodes
 

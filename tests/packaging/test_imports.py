@@ -232,7 +232,7 @@ FOLDERS = {
     ],
     "sources/language/fields": ["messages", "responses"],
     "sources/language/running": ["matching", "asking", "progress", "polling", "decorating", "statements"],
-    "sources/libraries/executing": ["placing", "executors"],
+    "sources/libraries/executing": ["late", "placing", "executors"],
     "observation": [
         *(
             "systems",

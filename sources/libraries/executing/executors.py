@@ -69,8 +69,9 @@ class Executors(Places):
             call = Made(name, [], {}, made.at)
         call.nodes = facts
         if self.is_outer():
+            is_late = not self.is_target and self.late.is_late(name, node)
             for fact in facts:
-                self.run(fact, executor, f"rclpy.{name}", made)
+                self.run(fact, executor, f"rclpy.{name}", made, is_late=is_late)
                 self.take(fact, executor, name, call, node, frame)
         elif executor is self.shared:
             own = self.machine.activity.node
@@ -137,8 +138,9 @@ class Executors(Places):
                 self.miss(made)
                 if self.is_target or self.machine.activity.fact.kind == "thread":
                     self.background.add(id(made))
+                is_late = not self.is_target and self.late.is_late(name, node)
                 for fact in made.nodes:
-                    self.run(fact, made, name, at)
+                    self.run(fact, made, name, at, is_late=is_late)
             own = isinstance(value, Object)
             if own:
                 for fact in made.nodes:

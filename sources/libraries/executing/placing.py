@@ -25,6 +25,7 @@ from dineros.sources.language.values import (
     text_of,
 )
 from dineros.sources.libraries.doing import Doer
+from dineros.sources.libraries.executing.late import Late
 from dineros.sources.places import Place
 
 
@@ -58,6 +59,7 @@ class Places:
         self.background: set[int] = set()
         self.orders: dict[int, int] = {}
         self.is_target = False
+        self.late = Late(self.machine)
         self._of: dict[int, Made] = {}
         self._pools: dict[int, int] = {}
         self._kept: list[Made] = []
@@ -144,8 +146,15 @@ class Places:
         for before, effect in self._of_threads:
             self._lose(effect, executor in before, is_certain=len(before) == 1)
 
-    def run(self, fact: NodeFact, executor: Made, how: str, made: Made) -> None:
-        """Record that an executor runs the callbacks of a node, from a place in the code."""
+    def run(self, fact: NodeFact, executor: Made, how: str, made: Made, *, is_late: bool = False) -> None:
+        """Record that an executor runs the callbacks of a node, from a place in the code.
+
+        If it is late, it does so after another spin, which may have no end.
+        """
+        if is_late and fact.threads == "not spun":
+            self.late.add(fact)
+        elif not is_late:
+            self.late.remove(fact)
         threads = threads_of(executor)
         kind = executor.path.rpartition(".")[2]
         if fact.threads == "not spun" or how == "rclpy.spin" or executor is not self.shared:
