@@ -126,8 +126,10 @@ class Encoding:
         weights: dict[int, Sequence[int]] = {}
         for k in {self.home[place] for place in kept}:
             level = self.levels[k]
-            row = [kept.get(place, 0) for place in level.places]
-            weights[k] = [sum(map(mul, row, state)) for state in level.states]
+            # Levels of several hundred places have as many local states: only the places of the sum count.
+            at = [i for i, place in enumerate(level.places) if place in kept]
+            row = [kept[level.places[i]] for i in at]
+            weights[k] = [sum(map(mul, row, map(state.__getitem__, at))) for state in level.states]
         return weights, constant
 
     def masks(self, guard: Box) -> list[dict[int, Sequence[bool]]]:

@@ -97,10 +97,9 @@ def solved(
     limits = _implied_limits(net, flows)
     if not _implies_groups(encoding, flows):
         return None, 0
-    constraints = _constraints(encoding, flows)
-    steps = len(encoding.levels) * sum(1 + c.most - c.least for c in constraints)
-    steps += len(net.transitions) * (STEPS_OF_A_BOX + len(encoding.boxes.determined))
-    if steps > effort.steps:
+    steps = effort.steps - len(net.transitions) * (STEPS_OF_A_BOX + len(encoding.boxes.determined))
+    constraints = _constraints(encoding, flows, steps) if steps >= 0 else None
+    if constraints is None:
         return None, 0
     boxes = _with_predecessor(net, encoding, limits)
     spans = sorted({tuple(sorted(c.weights)) for c in constraints if len(c.weights) > 1})
@@ -137,22 +136,31 @@ def _implies_groups(encoding: Encoding, flows: Sequence[PlaceInvariant]) -> bool
     return all(all(bounds[p] for p in group) and any(group <= places for places in ones) for group in groups)
 
 
-def _constraints(encoding: Encoding, flows: Sequence[PlaceInvariant]) -> list[Constraint]:
-    """Return what separates the solutions from all combinations of local states."""
+def _constraints(encoding: Encoding, flows: Sequence[PlaceInvariant], steps: int) -> list[Constraint] | None:
+    """Return what separates the solutions from all combinations of local states.
+
+    None: their sets would take more steps than that, one for each level and sum.
+    """
     found: dict[object, Constraint] = {}
 
     def add(factors: Mapping[int, int], low: int, high: int) -> None:
+        nonlocal steps
+        if steps < 0:
+            return
         weights, constant = encoding.weights_of(factors)
         constraint = Constraint(weights, low - constant, high - constant)
         if constraint.least < constraint.low or constraint.most > constraint.high:
             rows = tuple(sorted((level, tuple(row)) for level, row in weights.items()))
-            found.setdefault((rows, constraint.low, constraint.high), constraint)
+            key = rows, constraint.low, constraint.high
+            if key not in found:
+                found[key] = constraint
+                steps -= len(encoding.levels) * (1 + constraint.most - constraint.least)
 
     for flow in flows:
         add(flow.weights, flow.constant, flow.constant)
     for place in encoding.boxes.determined:
         add({place: 1}, 0, encoding.boxes.bounds[place])
-    return list(found.values())
+    return list(found.values()) if steps >= 0 else None
 
 
 def _with_predecessor(net: CompiledNet, encoding: Encoding, limits: Mapping[int, int]) -> list[Masks]:
