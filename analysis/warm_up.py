@@ -126,7 +126,7 @@ def _diagrams() -> None:
     )
     meeting.arcs(), meeting.deadlocks()
     space = symbolic_state_space(rings(3), Budget(MEMORY))
-    space.arcs(), space.deadlocks(), space.largest_place(), space.largest_total()
+    space.arcs(), space.deadlocks(), space.largest_place(), space.is_stable(0)
     list(starts(space.encoding, EventTables.of(space.encoding)))  # easy nets need no other order
     levels = range(len(space.encoding.levels))
     diagram = Diagram(space.encoding, levels, MEMORY, first_cache=4, first_buckets=1)

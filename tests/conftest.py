@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 WORKSPACE = Path(__file__).resolve().parents[1] / "case_study/workspace"
 
 
+USUAL_THRESHOLDS = gc.get_threshold()
 gc.disable()  # until all tests are collected: none of that is garbage, and there is much to look through
 
 
@@ -64,6 +65,12 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             test._hypothesis_internal_use_settings
         )  # where Hypothesis's own plugin for pytest sets them, too
         test._hypothesis_internal_use_settings = settings(own, max_examples=own.max_examples * times)
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_runtest_teardown() -> None:
+    """Collect garbage as often as before: a command that runs in this process makes that rare, for itself."""
+    gc.set_threshold(*USUAL_THRESHOLDS)
 
 
 @pytest.fixture(scope="session")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import mmap
 import os
 
@@ -41,10 +42,15 @@ def lazy_zeros(rows: int, columns: int | None = None, is_huge: bool = True) -> I
     # Without a reserve, the system may promise more than it has; the budget keeps the touched pages below
     # that.
     no_reserve = getattr(mmap, "MAP_NORESERVE", 0x4000 if os.uname().sysname == "Linux" else 0)
+    flags = mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS | no_reserve
     try:
-        pages = mmap.mmap(-1, size, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS | no_reserve)
-    except OSError as error:  # beyond a limit of the address space
-        raise MemoryError(f"{size} bytes cannot be mapped") from error
+        pages = mmap.mmap(-1, size, flags=flags)
+    except OSError:  # beyond a limit of the address space, which arrays of earlier searches may still hold
+        gc.collect()
+        try:
+            pages = mmap.mmap(-1, size, flags=flags)
+        except OSError as error:
+            raise MemoryError(f"{size} bytes cannot be mapped") from error
     if is_huge and size >= LEAST_FOR_HUGE_PAGES and hasattr(mmap, "MADV_HUGEPAGE"):
         pages.madvise(mmap.MADV_NOHUGEPAGE, 0, HUGE_PAGE)
         pages.madvise(mmap.MADV_HUGEPAGE, HUGE_PAGE)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 from pathlib import Path
 
@@ -28,3 +29,14 @@ def test_elements_are_zero_and_can_be_written_on_both_sides_of_the_first_huge_pa
     assert not array[border - 1 : border + 1].any()
     array[border - 1 : border + 1] = 7, 8
     assert array[[0, border - 1, border, -1]].tolist() == [0, 7, 8, 0]
+
+
+def test_the_address_space_of_garbage_is_used_again() -> None:
+    """Commands collect garbage rarely; 20 arrays of 8 TiB are more than a process can map at once."""
+    gc.disable()
+    try:
+        for _ in range(20):
+            ring: list[object] = [lazy_zeros(1 << 40)]
+            ring.append(ring)
+    finally:
+        gc.enable()
