@@ -131,9 +131,8 @@ class Code:
         for line in unchecked_types(read):
             note(f"type: {line}")
         model = coded(read, ", ".join(folder for folder, _ in read))
-        found = code_findings(read, model.modelled)
-        model = replace(model, lacks=(*model.lacks, *not_modelled(found)))
-        return model, [*missing_types(read), *found]
+        model = replace(model, lacks=(*model.lacks, *not_modelled(read)))
+        return model, [*missing_types(read), *code_findings(read, model.modelled)]
 
     def mismatches(self, read: Coded, system: ObservedSystem) -> list[Finding]:
         """Return the faults of ports; without a launch file, programs may run apart."""

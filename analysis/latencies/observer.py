@@ -26,8 +26,9 @@ from fractions import Fraction
 from typing import Any
 
 from dineros.analysis.latencies.editing import PLAIN, Case, EditedNet, Firing
-from dineros.analysis.latencies.followed_callbacks import FollowedEngine, FollowedRuns, require_plain
-from dineros.analysis.latencies.followed_messages import FollowedMessages, StartOfInstance
+from dineros.analysis.latencies.following.engines import FollowedEngine, require_plain
+from dineros.analysis.latencies.following.messages import FollowedMessages, StartOfInstance
+from dineros.analysis.latencies.following.runs import FollowedRuns
 from dineros.analysis.latencies.markers import (
     ARMED,
     DONE,
@@ -186,27 +187,26 @@ class Observer:
             target = only([s for each in self._parts.published[sends] for s in self._messages.sources(each)])
         engine = FollowedEngine(self._net, self._parts, self._explored, number, page, target, self._arrives)
         if page.kind == sym.CallbackKind.timer:
-            if page not in self._parts.ticks:
-                raise NotFollowedError
-            tick, due = self._parts.ticks[page]
-            waits = self._net.place(f"observer {number} due")
-            follows = Case(take=self._start.begins, put={**self._start.measures, waits: 1})
-            self._net.split(tick, [self._start.plain, *self._start.arms, follows])
-            engine.start(due, waits)
+            engine.start(*self._strike(number, page))
         else:
             self._take(number, page, engine, {}, number == 0)
         if sends is not None:
             assert not isinstance(goes, Stored)
             self._send(number, sends, goes)
 
-    def _tick(self, number: int, page: sym.CallbackPage, run: Run, begun: dict[str, int]) -> None:
-        """Follow a timer from a strike to the beginning of its callback."""
+    def _strike(self, number: int, page: sym.CallbackPage) -> tuple[str, str]:
+        """Begin at a strike of a timer; return the place where its tick is due, and the marker of that."""
         if page not in self._parts.ticks:
             raise NotFollowedError
         tick, due = self._parts.ticks[page]
         waits = self._net.place(f"observer {number} due")
         follows = Case(take=self._start.begins, put={**self._start.measures, waits: 1})
         self._net.split(tick, [self._start.plain, *self._start.arms, follows])
+        return due, waits
+
+    def _tick(self, number: int, page: sym.CallbackPage, run: Run, begun: dict[str, int]) -> None:
+        """Follow a timer from a strike to the beginning of its callback."""
+        due, waits = self._strike(number, page)
         beginnings = self._runs.beginnings(run)
         for name in self._net.consumers(due):
             follows = Case(take={waits: 1, WATCHING: 1, GO: 1}, put={LOST: 1})  # its node leaves

@@ -117,10 +117,8 @@ def code_findings(
                         _at(place, folder, finding)
                         for place, finding in own_waits(callback, node, facts.nodes, modelled)
                     ]
-            found += [
-                _at(place, folder, finding)
-                for place, finding in (*lock_waits(node, facts.nodes), *unrun(node))
-            ]
+            found += [_at(wait.at, folder, finding) for wait, finding in lock_waits(node, facts.nodes)]
+            found += [_at(place, folder, finding) for place, finding in unrun(node)]
         found += [_at(place, folder, finding) for place, finding in losses(facts.nodes)]
     unique: dict[Finding, dict[str, None]] = {}
     for _, _, finding in sorted(found, key=lambda each: each[:2]):

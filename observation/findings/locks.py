@@ -7,8 +7,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from dineros.analysis.witnesses.findings import Fault, Finding
 from dineros.observation.findings.serving import group_of_callback, overlaps_itself
 from dineros.observation.findings.sleeping import LONG
-from dineros.sources.facts import CallbackFact, Effect, NodeFact
-from dineros.sources.places import Place
+from dineros.sources.facts import CallbackFact, Effect, Facts, NodeFact
+from dineros.sources.places import located
 from dineros.sources.programs.running import NO_PROGRAM
 
 HOLDS = Fault(
@@ -20,16 +20,24 @@ HOLDS = Fault(
 _User = tuple[CallbackFact, NodeFact]
 
 
-def not_modelled(findings: Iterable[Finding]) -> list[str]:
-    """Return a line for each wait under a lock: a model without locks does not show that it may never end."""
-    return [
-        f"{each.lines[0]}: {each.message}; the model has no locks"
-        for each in findings
-        if each.rule == HOLDS.rule and "(sleep)" not in each.message
-    ]
+def not_modelled(read: Iterable[tuple[str, Facts]]) -> list[str]:
+    """Return a line for each wait under a lock: a model without locks does not show that it may never end.
+
+    Parameters
+    ----------
+    read : iterable of (str, Facts)
+        Each folder, with its facts.
+    """
+    found: dict[str, str] = {}
+    for folder, facts in read:
+        for node in facts.nodes:
+            for effect, finding in lock_waits(node, facts.nodes):
+                if effect.do != "sleep":  # it ends
+                    found.setdefault(finding.message, located(effect.at, folder))
+    return [f"{line}: {message}; the model has no locks" for message, line in found.items()]
 
 
-def lock_waits(node: NodeFact, nodes: Sequence[NodeFact]) -> Iterator[tuple[Place, Finding]]:
+def lock_waits(node: NodeFact, nodes: Sequence[NodeFact]) -> Iterator[tuple[Effect, Finding]]:
     """Yield waits of a node under a lock that another callback of its program also needs."""
     users: dict[str, list[_User]] = {}
     orders: dict[tuple[str, str], list[_User]] = {}
@@ -103,7 +111,7 @@ def _ends(callback: CallbackFact, wait: Effect) -> bool:
 
 def _held(
     effect: Effect, this: _User, does: str, lock: str, others: list[_User]
-) -> Iterator[tuple[Place, Finding]]:
+) -> Iterator[tuple[Effect, Finding]]:
     """Yield the finding that a callback waits under a lock, if others need it."""
     if others:
         callback, node = this
@@ -113,6 +121,6 @@ def _held(
         if effect.do == "lock":
             names += f" (holding {effect.what})"
         yield (
-            effect.at,
+            effect,
             HOLDS.found(node.name, callback.name, who=who, does=does, lock=lock, others=names),
         )

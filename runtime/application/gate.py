@@ -40,7 +40,7 @@ class Gate:
         self._ends = [reading, writing]
 
     def leave(self) -> None:
-        """Hold up the other nodes no longer, without waiting for them."""
+        """Let the other nodes begin without this one."""
         while self._ends:
             os.close(self._ends.pop())
 
@@ -59,7 +59,7 @@ class Gate:
         os.close(self._ends.pop())
         try:
             poll = select.poll()
-            poll.register(self._ends[0], 0)  # without a writing end, POLLHUP is reported without being asked
+            poll.register(self._ends[0], 0)  # POLLHUP, when no writing end is left, is always reported
             end = time.monotonic() + limit
             while not is_over() and time.monotonic() < end:
                 if poll.poll(1000 * _STEP):
@@ -76,7 +76,7 @@ class SharedGate:
     Attributes
     ----------
     descriptors : sequence of int
-        The ends that a process inherits; empty if there is no gate.
+        File descriptors of both ends of the pipe, which a process inherits; none without a gate.
     environment : dict of str to str
         Additions to the environment of a process.
     """

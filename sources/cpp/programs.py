@@ -35,7 +35,7 @@ from dineros.sources.left_out import lines
 from dineros.sources.libraries.idioms import Idiom, read_idioms
 from dineros.sources.packages import Package
 from dineros.sources.places import Place
-from dineros.sources.recursion import deep_recursion
+from dineros.sources.reading_limits import limits_for_reading
 
 _MOST_OF_ALL = 2_000_000
 """Steps for all programs of a folder, as each may take `MOST_STEPS`."""
@@ -77,7 +77,7 @@ class CppPrograms:
         self.index = Index()
         self.files = [path for path in folder.files if path.endswith(CPP) and not is_test(path)]
         self._sources: list[Source] = []
-        with deep_recursion():
+        with limits_for_reading():
             read = {path: folder.read(path) for path in self.files}
             texts = {path: without_dead(text) for path, text in read.items() if text is not None}
             macros = Macros(texts)
@@ -105,7 +105,7 @@ class CppPrograms:
     def nodes(self, given: Mapping[str, Mapping[str, Any]] | None = None) -> list[NodeFact]:
         """Return the nodes of all programs, and one node for each class of nodes that no program creates."""
         found: list[NodeFact] = []
-        with deep_recursion():
+        with limits_for_reading():
             programs = [
                 self._run(self._program(routine.path), routine, None, given or {})
                 for routine in self.index.functions.get("main", [])
@@ -147,7 +147,7 @@ class CppPrograms:
         """
         if not self._is_launched:
             self._is_launched, self._steps_left = True, _MOST_OF_ALL
-        with deep_recursion():
+        with limits_for_reading():
             for routine in self.index.functions.get("main", []):
                 name = self._program(routine.path)
                 if self._full(name, routine.path) in names:

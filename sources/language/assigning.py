@@ -5,8 +5,8 @@ from __future__ import annotations
 import ast
 
 from dineros.sources.language.attributes import changed_name
+from dineros.sources.language.computing.gathering import put
 from dineros.sources.language.conditions import Conditions
-from dineros.sources.language.gathering import put
 from dineros.sources.language.modules import text_of_code
 from dineros.sources.language.values import (
     QUEUE,
@@ -69,7 +69,7 @@ class Assignments(Conditions):
                     before = holder.names.get(target.attr)
                     holder.names[target.attr] = join([before, value]) if before is not None else value
                 elif isinstance(holder, ModuleValue):
-                    outer = self.holder_of(self.module_frame(holder.module))
+                    outer = self.module_frame(holder.module).holder
                     if outer is not None:
                         self.write_slot(outer, target.attr, value)
         elif isinstance(target, ast.Subscript):

@@ -7,9 +7,10 @@ from collections.abc import Sequence
 
 from dineros.sources.branches import Called
 from dineros.sources.facts import CallbackFact
-from dineros.sources.language.machine import MOST_CALLS, Activity
+from dineros.sources.language.activities import Activity
+from dineros.sources.language.computing.operations import short
+from dineros.sources.language.machine import MOST_CALLS
 from dineros.sources.language.modules import Module
-from dineros.sources.language.operations import short
 from dineros.sources.language.running.statements import Statements
 from dineros.sources.language.values import (
     Bound,

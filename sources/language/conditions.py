@@ -25,10 +25,10 @@ from dineros.sources.branches import (
     constant,
 )
 from dineros.sources.facts import CallbackFact, Item
+from dineros.sources.language.activities import Activity
 from dineros.sources.language.fields.messages import is_only_read
 from dineros.sources.language.fields.responses import asked_call, asked_future, response_of
 from dineros.sources.language.importing import Imports
-from dineros.sources.language.machine import Activity
 from dineros.sources.language.values import (
     Bound,
     Class,
@@ -360,7 +360,7 @@ class Conditions(Imports):
         """Return whether a variable of a module has one value in the whole program."""
         here: Frame | None = frame
         while here is not None:
-            holder = self.holder_of(here)
+            holder = here.holder
             if holder is not None:
                 return name in holder.slots and len(holder.slots[name].values) == 1
             if name in here.names:

@@ -6,11 +6,11 @@ import ast
 from collections import Counter
 from functools import lru_cache
 
-from dineros.sources.language.constants import call_constant
-from dineros.sources.language.gathering import Collections
+from dineros.sources.language.computing.constants import call_constant
+from dineros.sources.language.computing.gathering import Collections
+from dineros.sources.language.computing.operations import short
 from dineros.sources.language.machine import TooLong
 from dineros.sources.language.modules import Module, text_of_code
-from dineros.sources.language.operations import short
 from dineros.sources.language.values import (
     Bound,
     Class,
@@ -60,7 +60,7 @@ class Expressions(Collections):
 
     def evaluate(self, node: ast.expr, frame: Frame) -> Value:
         """Return the value of an expression; its effects are recorded."""
-        self.steps += 1
+        self.steps += 1  # as `step`, without a call for each expression
         if self.steps > self.most_steps:
             raise TooLong
         method = getattr(self, _NAMES[type(node)], None)
@@ -115,7 +115,7 @@ class Expressions(Collections):
         """Assign a value to a variable."""
         here: Frame | None = frame
         if name in frame.globals:
-            while here is not None and self.holder_of(here) is None:
+            while here is not None and here.holder is None:
                 if name in here.names and here is not frame and not _is_hidden(here, frame):
                     here.names[name] = join([here.names[name], value])
                     self._changes_variable(name, here)
@@ -123,7 +123,7 @@ class Expressions(Collections):
                 here = here.outer
         if here is None:
             return
-        holder = self.holder_of(here)
+        holder = here.holder
         if holder is not None:
             self.write_slot(holder, name, value)
             if frame is not here:
@@ -221,7 +221,7 @@ class Expressions(Collections):
     def member(self, module: Module, name: str) -> Value | None:
         """Return a variable of a module, or a module in a package."""
         frame = self.module_frame(module)
-        holder = self.holder_of(frame)
+        holder = frame.holder
         found = self.read_slot(holder, name) if holder else None
         if found is None and module.path.endswith("__init__.py"):
             path = self.modules.relative(module, 1, name)

@@ -81,7 +81,7 @@ class Imports(Expressions):
             )
 
     def _star(self, module: Module | None, frame: Frame) -> None:
-        holder = self.holder_of(self.module_frame(module)) if module is not None else None
+        holder = self.module_frame(module).holder if module is not None else None
         if holder is not None:
             for name in list(holder.slots):
                 value = self.read_slot(holder, name)

@@ -7,7 +7,7 @@ import operator
 from collections.abc import Callable
 from typing import Any
 
-from dineros.sources.language.operations import COMPARED, OPERATORS
+from dineros.sources.language.computing.operations import COMPARED, OPERATORS
 
 _DEEPEST = 20
 _MOST_CHARACTERS = 10_000

@@ -10,8 +10,9 @@ from typing import Any
 
 from dineros.sources.facts import CallbackFact
 from dineros.sources.folders import SourceFolder
+from dineros.sources.language.activities import Activity
 from dineros.sources.language.calls import Interpreter
-from dineros.sources.language.machine import Activity, TooLong
+from dineros.sources.language.machine import TooLong
 from dineros.sources.language.modules import Modules
 from dineros.sources.language.values import Const, Frame, Function, Items, Made, Open, Text, Value
 from dineros.sources.language.values import Mapping as Table

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 
-from dineros.sources.language.constants import call_built_in
+from dineros.sources.language.computing.constants import call_built_in
 from dineros.sources.language.machine import Machine
 from dineros.sources.language.values import (
     NONE,

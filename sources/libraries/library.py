@@ -9,8 +9,8 @@ from collections.abc import Mapping as AnyMapping
 from contextlib import nullcontext
 
 from dineros.sources.facts import TRANSFORM, NodeFact, is_open
-from dineros.sources.language.constants import call_built_in
-from dineros.sources.language.gathering import OF_ROS2
+from dineros.sources.language.computing.constants import call_built_in
+from dineros.sources.language.computing.gathering import OF_ROS2
 from dineros.sources.language.machine import Machine
 from dineros.sources.language.values import (
     NONE,

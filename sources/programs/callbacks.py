@@ -6,10 +6,11 @@ import ast
 
 from dineros.sources.branches import fields_of_effects, variables_set
 from dineros.sources.folders import SourceFolder
+from dineros.sources.language.activities import Activity
 from dineros.sources.language.calls import Interpreter
 from dineros.sources.language.fields.messages import answered
 from dineros.sources.language.fields.responses import leave_open
-from dineros.sources.language.machine import EVENT, MOST_STEPS_OF_EVENTS, Activity, TooLong
+from dineros.sources.language.machine import EVENT, MOST_STEPS_OF_EVENTS, TooLong
 from dineros.sources.language.running.polling import add_setters
 from dineros.sources.language.values import (
     Bound,

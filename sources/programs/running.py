@@ -11,9 +11,10 @@ from typing import Any
 
 from dineros.sources.facts import CallbackFact, Facts, NodeFact
 from dineros.sources.folders import SourceFolder, is_test
+from dineros.sources.language.activities import Activity
 from dineros.sources.language.calls import Interpreter
 from dineros.sources.language.keeping import ProgramKeeper
-from dineros.sources.language.machine import Activity, TooLong
+from dineros.sources.language.machine import TooLong
 from dineros.sources.language.modules import Module, Modules
 from dineros.sources.language.values import Class, Frame, Function
 from dineros.sources.left_out import lines
@@ -24,7 +25,7 @@ from dineros.sources.packages import Package
 from dineros.sources.places import Place
 from dineros.sources.programs.callbacks import assign_callbacks, read_callbacks
 from dineros.sources.programs.executables import Program, different, guard_of, only_call, programs_of
-from dineros.sources.recursion import deep_recursion
+from dineros.sources.reading_limits import limits_for_reading
 from dineros.sources.ros_imports import RosImports
 
 NO_PROGRAM = "no program"
@@ -79,7 +80,7 @@ def read_programs(reading: Reading, modules: Modules) -> Facts:
     """Return the facts of the programs of a folder."""
     folder = reading.folder
     facts = Facts(folder.root.resolve().name)
-    with deep_recursion():
+    with limits_for_reading():
         all_programs = programs_of(folder, reading.packages, modules)
         programs, same = different(all_programs, reading.given, modules)
         imports = RosImports(modules, reading.idioms)
@@ -110,7 +111,7 @@ def read_programs(reading: Reading, modules: Modules) -> Facts:
 
 def run_program(name: str, reading: Reading, modules: Modules) -> list[NodeFact] | None:
     """Return the nodes of the program with a name, ``package/executable``; None: it does not exist."""
-    with deep_recursion():
+    with limits_for_reading():
         for program in programs_of(reading.folder, reading.packages, modules):
             if f"{program.package}/{program.name}" == name:
                 return _run(program, modules, reading)[0]

@@ -139,28 +139,25 @@ def _implies_groups(encoding: Encoding, flows: Sequence[PlaceInvariant]) -> bool
 def _constraints(encoding: Encoding, flows: Sequence[PlaceInvariant], steps: int) -> list[Constraint] | None:
     """Return what separates the solutions from all combinations of local states.
 
-    None: their sets would take more steps than that, one for each level and sum.
+    The result is None if the sets of the constraints would take more than `steps` steps. A step is one sum at
+    one level.
     """
+    ranges = [(flow.weights, flow.constant, flow.constant) for flow in flows]
+    ranges += [({place: 1}, 0, encoding.boxes.bounds[place]) for place in encoding.boxes.determined]
     found: dict[object, Constraint] = {}
-
-    def add(factors: Mapping[int, int], low: int, high: int) -> None:
-        nonlocal steps
-        if steps < 0:
-            return
+    for factors, low, high in ranges:
         weights, constant = encoding.weights_of(factors)
         constraint = Constraint(weights, low - constant, high - constant)
-        if constraint.least < constraint.low or constraint.most > constraint.high:
-            rows = tuple(sorted((level, tuple(row)) for level, row in weights.items()))
-            key = rows, constraint.low, constraint.high
-            if key not in found:
-                found[key] = constraint
-                steps -= len(encoding.levels) * (1 + constraint.most - constraint.least)
-
-    for flow in flows:
-        add(flow.weights, flow.constant, flow.constant)
-    for place in encoding.boxes.determined:
-        add({place: 1}, 0, encoding.boxes.bounds[place])
-    return list(found.values()) if steps >= 0 else None
+        if constraint.least >= constraint.low and constraint.most <= constraint.high:
+            continue
+        rows = tuple(sorted((level, tuple(row)) for level, row in weights.items()))
+        key = rows, constraint.low, constraint.high
+        if key not in found:
+            found[key] = constraint
+            steps -= len(encoding.levels) * (1 + constraint.most - constraint.least)
+        if steps < 0:
+            return None
+    return list(found.values())
 
 
 def _with_predecessor(net: CompiledNet, encoding: Encoding, limits: Mapping[int, int]) -> list[Masks]:

@@ -82,9 +82,9 @@ class Asking(Matching):
             outer: Frame | None = frame
         else:
             outer = frame.outer
-            while outer is not None and name not in outer.names and self.holder_of(outer) is None:
+            while outer is not None and name not in outer.names and outer.holder is None:
                 outer = outer.outer
-            holder = None if outer is None else self.holder_of(outer)
+            holder = None if outer is None else outer.holder
             slot = None if holder is None else holder.slots.get(name)
             is_shared = slot is not None and len(slot.values) > 1
         if is_shared and outer is not None:

@@ -8,7 +8,9 @@ from collections.abc import Callable
 
 from dineros.sources.branches import Anything, Attempt, Branch, Condition, Leave, Loop, Turns
 from dineros.sources.facts import TRANSFORM
+from dineros.sources.language.activities import Activity
 from dineros.sources.language.attributes import Written
+from dineros.sources.language.computing.operations import Verdict
 from dineros.sources.language.endings import (
     TRANSFORMS,
     asks_for_shutdown,
@@ -18,9 +20,8 @@ from dineros.sources.language.endings import (
     waits_for,
     why_endless,
 )
-from dineros.sources.language.machine import BREAKS, CONTINUES, FALLS, RAISES, RETURNS, Activity
+from dineros.sources.language.machine import BREAKS, CONTINUES, FALLS, RAISES, RETURNS
 from dineros.sources.language.modules import text_of_code
-from dineros.sources.language.operations import Verdict
 from dineros.sources.language.running.decorating import Decorating
 from dineros.sources.language.running.matching import merge
 from dineros.sources.language.values import (

@@ -1,8 +1,9 @@
 """The command ``dineros`` as a fork of a process that has imported the engines, which is most of its time.
 
-Other functions can be such commands, too. A command is a process of its own, with the arguments, folder,
-environment and open files of whoever called it, and its exit status. Cold starts are tested by the pages in
-`COLD` (`tests/docs/test_examples.py`), and wherever a test starts ``python -m dineros.cli.main``.
+Other functions can be such commands, too. Each command is a separate process. It has the arguments, the
+folder, the environment and the open files of the calling process, which ends with the exit status of the
+command. Tests that need a start without a warm process run ``python -m dineros.cli.main``, as the pages in
+`COLD` of `tests/docs/test_examples.py` do.
 
 >>> python tests/support/programs/warm_commands.py SOCKET  # waits for commands
 >>> python tests/support/programs/warm_commands.py SOCKET dineros.cli.main:main validate model.sym.xmi

@@ -32,8 +32,9 @@ rule that equal classes are one, there are more than 286 000, and the other figu
 
 Both figures can be right. The test here finds by other means that all 3 201 833 edges are
 stable: each state of a class leads into each class after it. Fewer classes are enough, so the published
-graph is not the smallest one. What does not lead there is not convex, and can be cut into convex classes in
-several ways; so there is no one coarsest set of them, and the figure belongs to the cuts of one program.
+graph is not the smallest one. The states of a class that do not lead into the next class are not convex. They
+can be cut into convex classes in several ways. So no single coarsest graph exists, and each figure depends on
+the order in which a program cuts.
 """
 
 pytestmark = pytest.mark.skipif(not FOLDER.exists(), reason="the nets are not beside the project")

@@ -6,7 +6,7 @@ import ast
 from collections.abc import Callable
 from typing import Any
 
-from dineros.sources.language.operations import Operations, short
+from dineros.sources.language.computing.operations import Operations, short
 from dineros.sources.language.values import (
     Const,
     Either,

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 from dineros.sources.branches import Anything, Branch
-from dineros.sources.language.constants import format_text
+from dineros.sources.language.computing.constants import format_text
 from dineros.sources.language.machine import Machine
 from dineros.sources.language.modules import LARGE, text_of_code
 from dineros.sources.language.values import (

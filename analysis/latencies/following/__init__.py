@@ -1,0 +1,1 @@
+"""Follows one message or run through a net: each kind of part has its markers."""

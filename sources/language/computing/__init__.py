@@ -1,0 +1,1 @@
+"""Values of operators, constants, lists and dictionaries."""
