@@ -201,6 +201,10 @@ def _describe_transition(transition: pn.Transition, node: Node) -> None:
         if clause is not None:
             node.captions.append(Caption(clause.text, "clause"))
             node.detail["Input clause"] = f"{clause.name}: {clause.text}" if clause.name else clause.text
+        if transition.guard:
+            node.captions.append(Caption(f"[{transition.guard}]", "clause"))
+        if transition.assigns:
+            node.captions.append(Caption(transition.assigns, "clause"))
 
 
 def _edges(model: pn.Net) -> Iterator[Edge]:

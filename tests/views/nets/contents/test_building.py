@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import pytest
 
 from dineros.metamodel import elements, pn, pnm, sym
 from dineros.metamodel.build import seconds
+from dineros.metamodel.files import load
 from dineros.transformations.flattening.flatten import flatten
 from dineros.transformations.flattening.split import split
 from dineros.views.nets import ViewModel, view_of
@@ -119,6 +121,17 @@ def test_nodes_say_what_they_hold() -> None:
     assert (view.box("PickServer").kind, view.box("PickServer").parent) == ("server", "executor")
     with pytest.raises(KeyError):
         view.node("nobody")
+
+
+def test_transitions_show_their_guards_and_assignments() -> None:
+    guarded = load(Path(__file__).resolve().parents[4] / "case_study/guarded.sym.xmi")
+    assert isinstance(guarded, sym.SystemModel)
+    view = view_of(guarded)
+    assert [(caption.text, caption.style) for caption in view.node("TGiveUpL").captions] == [
+        ("TGiveUpL", "name"),
+        ("[pickSuccess = false]", "clause"),
+        ("EndReqL.placeSuccess := false", "clause"),
+    ]
 
 
 def test_references_lead_to_what_they_stand_for() -> None:

@@ -206,6 +206,8 @@ function notes(model, element, kind, pages) {
     const clause = model.links(element, "clause")[0];
     return [
       ...(clause === undefined ? [] : [String(model.value(clause, "text") ?? "")]),
+      ...(model.value(element, "guard") ? [`[${model.value(element, "guard")}]`] : []),
+      ...(model.value(element, "assigns") ? [String(model.value(element, "assigns"))] : []),
       ...timesOf(model, element),
     ];
   }
