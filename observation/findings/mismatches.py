@@ -11,7 +11,14 @@ from typing import Any
 from dineros.analysis.witnesses.findings import Fault, Finding
 from dineros.metamodel.errors import listed
 from dineros.metamodel.matching import shown, unmet
-from dineros.observation.systems import Endpoint, ObservedNode, ObservedSystem, TopicEndpoint, name_of
+from dineros.observation.systems import (
+    Endpoint,
+    ObservedNode,
+    ObservedSystem,
+    TopicEndpoint,
+    is_house_topic,
+    name_of,
+)
 
 QUALITY = Fault(
     "quality-not-matched",
@@ -179,13 +186,22 @@ def _of_topics(system: ObservedSystem) -> Iterator[Finding]:
                         offered=shown(getattr(offer.quality, policy)),
                         requested=shown(getattr(request.quality, policy)),
                     )
-    unheard = {topic: _names(ends) for topic, ends in publishers.items() if ends and not subscribers[topic]}
-    unfilled = {topic: _names(ends) for topic, ends in subscribers.items() if ends and not publishers[topic]}
+    unheard = _without(subscribers, publishers)
+    unfilled = _without(publishers, subscribers)
     yield from _of_names(unheard, unfilled)
     for topic, nodes in sorted(unheard.items()):
         yield UNHEARD.found(topic, *nodes, topic=topic, nodes=listed(nodes))
     for topic, nodes in sorted(unfilled.items()):
         yield UNFILLED.found(topic, *nodes, topic=topic, nodes=listed(nodes))
+
+
+def _without(others: Ends, ends: Ends) -> dict[str, list[str]]:
+    """Return the nodes at the topics that have one end only; ROS itself is at the other end of some."""
+    return {
+        topic: _names(found)
+        for topic, found in ends.items()
+        if found and not others[topic] and not is_house_topic(topic, found[0][1].type)
+    }
 
 
 def _of_types(name: str, ends: Iterable[tuple[ObservedNode, TopicEndpoint | Endpoint]]) -> Iterator[Finding]:

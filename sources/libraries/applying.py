@@ -63,7 +63,7 @@ class Idioms:
             called = Const(idiom.node) if "{" not in idiom.node else given.get(idiom.node.strip("{}"))
             fact: NodeFact | None = self._node(idiom, called, node, frame, instance)
         else:
-            fact = self.maker.fact_of(given.get("node"))
+            fact = self.maker.used_as_node(given.get("node"))
         entities: list[Entity] = []
         if idiom.synchronizes:
             for each in self.machine.turns(given.get(idiom.synchronizes) or NONE)[0] or options(

@@ -310,7 +310,7 @@ class RosLibrary:
         if fact is None and isinstance(value, Object) and self.maker.behaves_like_node(value, name):
             if not value.cls.outside():
                 return None
-            fact = self.maker.implicit(value, node, frame)
+            fact = self.maker.implicit(value)
         if fact is None:
             return None
         call = Made(name, args, keys, self.machine.place(node, frame))

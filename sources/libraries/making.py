@@ -144,13 +144,25 @@ class Maker:
         parts = (each for cls in instance.cls.inside for each in ast.walk(cls.node))
         return any(isinstance(each, ast.Attribute) and each.attr in CREATES for each in parts)
 
-    def implicit(self, instance: Object, node: ast.AST, frame: Frame) -> NodeFact:
+    def implicit(self, instance: Object) -> NodeFact:
         """Return the node of an object that behaves like one, and whose base class is not in the folder."""
         if instance.node is None:
-            outside = instance.cls.outside()
-            base = outside[0] if outside else OPEN
-            instance.node = self.node(Open("in the base class"), {}, instance.cls.node, frame, base, instance)
+            cls, (base, *_) = instance.cls, instance.cls.outside()
+            instance.node = self.node(Open("in the base class"), {}, cls.node, cls.frame, base, instance)
+            instance.node.is_lent = True
         return instance.node
+
+    def used_as_node(self, value: Value | None) -> NodeFact | None:
+        """Return the node of a value that stands where a node is needed.
+
+        An object of a class whose base is not in the folder is a node there.
+        """
+        fact = self.fact_of(value)
+        if fact is None:
+            objects = (each for each in options(value) if isinstance(each, Object) and each.cls.outside())
+            instance = next(objects, None)
+            fact = None if instance is None else self.implicit(instance)
+        return fact
 
     # --------------------------------------------------------------------------------------------- parameters
 
@@ -386,7 +398,7 @@ class Maker:
     def action_server(self, args: list[Value], keys: dict[str, Value], node: ast.AST, frame: Frame) -> Value:
         """Create an action server."""
         call = Made("ActionServer", args, keys, self.machine.place(node, frame))
-        fact = self.fact_of(call.argument(0, "node"))
+        fact = self.used_as_node(call.argument(0, "node"))
         if fact is None:
             return Open("action server of an unknown node")
         entity, is_new = self.entity("action_servers", fact, node, frame)
@@ -407,7 +419,7 @@ class Maker:
     def action_client(self, args: list[Value], keys: dict[str, Value], node: ast.AST, frame: Frame) -> Value:
         """Create an action client."""
         call = Made("ActionClient", args, keys, self.machine.place(node, frame))
-        fact = self.fact_of(call.argument(0, "node"))
+        fact = self.used_as_node(call.argument(0, "node"))
         if fact is None:
             return Open("action client of an unknown node")
         entity, is_new = self.entity("action_clients", fact, node, frame)

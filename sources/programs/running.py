@@ -173,6 +173,9 @@ def _follow(program: Program, module: Module, modules: Modules, reading: Reading
             for callback in node.callbacks:
                 callback.is_open = True
     library.executors.late.finish()
+    for node in machine.nodes:
+        if node.threads == "not spun" and (node.is_lent or node.lent_to):
+            node.executor, node.threads = "open: code that is not in the folder may spin it", "open"
     assign_callbacks(machine, activity)
     return machine.nodes
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from dineros.sources.reading import read_source
-from tests.sources.support import HEAD, facts_of, node_of
+from tests.sources.support import HEAD, facts_of, node_of, one
 
 NODE = f"{HEAD}\nrclpy.init()\nrclpy.spin(Node('robot'))\n"
 
@@ -122,3 +122,85 @@ rclpy.spin(Robot())
 """
     (node,) = facts_of(tmp_path, text).nodes
     assert [path for _, path in node.lent_to] == expected
+
+
+STRANGE_BASE = """
+import message_filters
+import rclpy
+from rclpy.action import ActionClient
+from sensor_msgs.msg import Image
+from simple_node import Node
+from test_msgs.action import Fibonacci
+
+
+class Fused(Node):
+    def __init__(self):
+        super().__init__("fused")
+        both = [message_filters.Subscriber(self, Image, name) for name in ("/left", "/right")]
+        self.sync = message_filters.ApproximateTimeSynchronizer(both, 10, 0.5)
+        self.sync.registerCallback(self.seen)
+
+    def seen(self, left, right):
+        pass
+
+
+class Goer(Node):
+    def __init__(self):
+        super().__init__("goer")
+        self.client = ActionClient(self, Fibonacci, "count")
+
+
+class Spun(Node):
+    def __init__(self):
+        super().__init__("spun")
+
+
+class Other(Node):
+    def __init__(self):
+        super().__init__("not a node, as far as this code says")
+
+
+def main():
+    rclpy.init()
+    Fused().join_spin()
+    Goer().join_spin()
+    Other()
+    rclpy.spin(Spun())
+"""
+
+
+def test_objects_of_unknown_classes_are_nodes_where_a_node_is_needed(tmp_path: Path) -> None:
+    fused, goer, spun = facts_of(tmp_path, STRANGE_BASE).nodes
+    assert [fused.cls, goer.cls, spun.cls] == ["Fused", "Goer", "Spun"]
+    assert [each.name for each in fused.of("subscriptions")] == ["/left", "/right"]
+    assert [each.name for each in goer.of("action_clients")] == ["count"]
+    assert fused.base == "simple_node.Node" and fused.name == "open: in the base class"
+    # The base class may spin the first two; nothing says that their callbacks never run.
+    assert [fused.threads, goer.threads, spun.threads] == ["open", "open", 1]
+
+
+def test_code_outside_of_the_folder_may_spin_a_node(tmp_path: Path) -> None:
+    text = """
+import rclpy
+from foreign import runner
+from rclpy.node import Node
+from std_msgs.msg import String
+
+
+class Ear(Node):
+    def __init__(self):
+        super().__init__("ear")
+        self.create_subscription(String, "chatter", self.hear, 10)
+
+    def hear(self, message):
+        pass
+
+
+def main():
+    rclpy.init()
+    runner(Ear())
+"""
+    node = one(facts_of(tmp_path, text))
+    assert (node.threads, node.executor) == ("open", "open: code that is not in the folder may spin it")
+    kept = one(facts_of(tmp_path, text.replace("runner(Ear())", "Ear()")))
+    assert kept.threads == "not spun"

@@ -29,6 +29,8 @@ _GETS = re.compile(rb"\badd_callback_group\b")
 """Code that gives a group to an executor."""
 _GETS_ALL = re.compile(rb"\b(for_each_callback_group|get_callback_groups)\b")
 """Code that may give every group of a node to an executor."""
+_WAITS = re.compile(rb"WaitSet|wait_?set", re.IGNORECASE)
+"""Code that takes what arrives from a wait set, without any executor."""
 
 
 def read_group(entity: Entity, args: list[Value]) -> None:
@@ -86,7 +88,9 @@ def _is_only_filled(name: bytes, texts: Iterable[bytes]) -> bool:
 
 def doubt_groups(nodes: Iterable[NodeFact], sources: Iterable[Source]) -> None:
     """Say that a group may have an executor if code may give it to one, or a library has the node."""
+    sources = list(sources)
     texts = [each.text for each in sources]
+    waiting = {each.path for each in sources if _WAITS.search(each.text)}
     may_get = any(_GETS.search(each) for each in texts)
     gets_all = any(_GETS_ALL.search(each) for each in texts)
     stops = sum(len(_STOPS.findall(each)) for each in texts)
@@ -105,7 +109,7 @@ def doubt_groups(nodes: Iterable[NodeFact], sources: Iterable[Source]) -> None:
             if group.details.get("executor") == UNSPUN:
                 if gets_all or node.is_lent or not _is_only_filled(name, texts):
                     group.details["executor"] = OTHER
-            elif group.details.get("executor") == ALONE and gets_all:
+            elif group.details.get("executor") == ALONE and (gets_all or group.at.file in waiting):
                 group.details["executor"] = OTHER
             elif group.details.get("executor") == ALONE and (may_get or node.is_lent or node.lent_to):
                 group.details["executor"] = PERHAPS_ALONE

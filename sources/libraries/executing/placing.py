@@ -77,7 +77,7 @@ class Places:
         """Return the nodes that a value may be."""
         found = []
         for each in options(value):
-            fact = self.doer.maker.fact_of(each)
+            fact = self.doer.maker.used_as_node(each)
             if fact is not None and fact not in found:
                 found.append(fact)
         return found

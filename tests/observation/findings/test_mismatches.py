@@ -65,6 +65,13 @@ def test_unheard_unfilled_and_near() -> None:
     assert near == [("/cmd_vel", "/cmd_vell"), ("/lonely", "/robot/lonely")]
 
 
+def test_ros_itself_is_at_the_other_end_of_some_topics() -> None:
+    events = port("/parameter_events", "rcl_interfaces/msg/ParameterEvent")
+    changes = port("/camera/transition_event", "lifecycle_msgs/msg/TransitionEvent")
+    logs = port("/rosout", "rcl_interfaces/msg/Log")
+    assert not found(ObservedNode("/a", publishers=(logs,), subscribers=(events, changes)))
+
+
 @pytest.mark.parametrize(
     ("takers", "expected"),
     [

@@ -70,6 +70,7 @@ def test_a_group_that_no_executor_gets_is_an_error_at_its_line(tmp_path: Path) -
         ("false", "start(own_); own_.add_callback_group(pick(), get_node_base_interface());", ""),
         ("false", "", "node->for_each_callback_group([&e](auto group) { e.add(group); });"),
         ("joins_", "", ""),
+        ("false", "waits_.add_subscription(sub_);  // an rclcpp::WaitSet", ""),
     ],
 )
 def test_groups_with_an_executor_are_quiet(tmp_path: Path, joins: str, start: str, main: str) -> None:
