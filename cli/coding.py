@@ -32,8 +32,6 @@ class ModelOfCode:
 
     Attributes
     ----------
-    model : sym.SystemModel
-        The model.
     findings : list of Finding
         Faults that the code and its names show.
     """
@@ -48,8 +46,6 @@ class Code:
 
     Attributes
     ----------
-    folders : tuple of Path
-        The folders.
     facts : Path or None
         Where the facts are written, as JSON.
     launch : str or None
@@ -155,12 +151,8 @@ def model_of_code(code: Code, given: Path | None, settings: Sequence[str]) -> Mo
 
     Parameters
     ----------
-    code : Code
-        The folders.
     given : Path or None
         A file of given facts.
-    settings : sequence of str
-        Values of `--set`.
 
     Raises
     ------

@@ -215,8 +215,6 @@ def say_what_runs(models: Iterable[pn.Net], path: Path) -> None:
     ----------
     models : iterable of pn.Net
         The system model, or the runtime models of a workspace.
-    path : Path
-        Their file or folder.
     """
     from dineros.metamodel import rtm, sym
 
@@ -233,15 +231,7 @@ def say_what_runs(models: Iterable[pn.Net], path: Path) -> None:
 
 
 def say_what_is_by_hand(models: Iterable[pn.Net], path: Path) -> None:
-    """Warn of nodes that are written by hand according to the model, and that run as nets.
-
-    Parameters
-    ----------
-    models : iterable of pn.Net
-        The system model, or the runtime models of a workspace.
-    path : Path
-        Their file or folder.
-    """
+    """Warn of nodes that are written by hand according to the model, and that run as nets."""
     from dineros.metamodel import sym
     from dineros.metamodel.elements import node_nets
 
@@ -272,13 +262,6 @@ def violations_of(model: pn.Net) -> list[Violation]:
 
 def refuse_settings_that_break(violations: Sequence[Violation], path: Path) -> None:
     """Accept violations that the model in the file also has without settings.
-
-    Parameters
-    ----------
-    violations : sequence of Violation
-        Violations of the changed model.
-    path : Path
-        The file of the model.
 
     Raises
     ------

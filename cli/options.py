@@ -23,8 +23,6 @@ class Invocation:
 
     Attributes
     ----------
-    debug : bool
-        Whether stack traces are shown.
     verbosity : int
         1 with `-v`, -1 with `-q`.
     is_alone : bool
@@ -90,8 +88,6 @@ def command(
     ----------
     *examples : str
         Command lines for the end of its help; the tests run them.
-    cls : type
-        The class of the command.
     """
 
     def decorate(function: Callable[..., Any]) -> ExampleCommand:

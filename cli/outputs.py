@@ -14,8 +14,6 @@ def refuse_output(output: Path, formats: Sequence[str], what: str = "to convert 
 
     Parameters
     ----------
-    output : Path
-        The file.
     formats : sequence of str
         The suffixes that it may have.
     what : str

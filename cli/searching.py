@@ -82,18 +82,9 @@ class Search:
 
     Parameters
     ----------
-    limits : Limits
-        The limits.
     tell : callable, optional
         Sends messages, pairs of a kind and a value, to the watching process. Without it, no process watches,
         and output is printed immediately.
-
-    Attributes
-    ----------
-    at : Whereabouts
-        Where it is.
-    last : Progress or None
-        The last progress message of an engine.
     """
 
     def __init__(self, limits: Limits, tell: Callable[[tuple[str, Any]], None] | None = None) -> None:

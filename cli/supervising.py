@@ -201,13 +201,7 @@ class _InterruptedError(Exception):
 
 
 class Watch:
-    """Watches a search.
-
-    Parameters
-    ----------
-    limits : Limits
-        What was promised.
-    """
+    """Watches a search."""
 
     def __init__(self, limits: Limits) -> None:
         self.limits = limits

@@ -83,8 +83,6 @@ class Suppressions:
         ----------
         report : Report
             The report; it is not changed.
-        rules : collection of str
-            Names of all rules.
         """
         if not self._entries:
             return report

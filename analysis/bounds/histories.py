@@ -30,10 +30,8 @@ def histories_of_calls(
 
     Parameters
     ----------
-    model
-        A system model.
     tasks, solved
-        Its callbacks and their bounds.
+        The callbacks of the model, and their bounds.
     """
     # What a node that stops has not taken is lost, whatever fits.
     comes_and_goes = any(node.lifecycle is not None for node in node_nets(model))

@@ -56,8 +56,6 @@ class Tasks:
 
     Attributes
     ----------
-    works : Works
-        What the transitions of the model do.
     all : list of Task
     readers : dict from sym.SubscriberPort to EngineReader
         Histories that engines read.

@@ -80,13 +80,7 @@ class _WorkMove:
 
 
 class Works:
-    """Describes what runs of callbacks do.
-
-    Parameters
-    ----------
-    model : sym.SystemModel
-        The model.
-    """
+    """Describes what runs of callbacks do."""
 
     def __init__(self, model: sym.SystemModel) -> None:
         self.model = model

@@ -48,10 +48,6 @@ def blocked(space: SymbolicStateSpace, waiting: Waiting, budget: Budget = UNLIMI
     ----------
     space : SymbolicStateSpace
         Complete.
-    waiting : Waiting
-        What waits for what in it.
-    budget : Budget, optional
-        Its time and memory.
 
     Raises
     ------

@@ -32,8 +32,6 @@ class Call:
     ----------
     waiter : Waiter
         The answer, as one that waits.
-    client : sym.ClientPort or sym.ActionClientPort
-        The client.
     index : int or None
         Number of the server instance or slot whose page it is on.
     request : pn.Place

@@ -50,8 +50,6 @@ class Reason:
 
     Attributes
     ----------
-    waiter : Waiter
-        The one that waits.
     needs : tuple of Waiter
         What it waits for, which waits in turn. A thread and a group wait for the callbacks that hold them.
     is_choice : bool
@@ -72,8 +70,6 @@ class Circle:
 
     Attributes
     ----------
-    waiters : tuple of Waiter
-        They.
     reasons : tuple of Reason
         Why each of them waits; then why those wait that they need besides, or that could serve them instead.
     """

@@ -17,11 +17,6 @@ from dineros.analysis.nets.compiled import CompiledNet
 class Plans:
     """Plans for the transitions of a net.
 
-    Parameters
-    ----------
-    net : CompiledNet
-        The net.
-
     Examples
     --------
     >>> net = CompiledNet.build({"a": 1, "b": 0, "c": 0},

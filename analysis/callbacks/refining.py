@@ -73,13 +73,7 @@ def why_unknown(endings: Iterable[Ending]) -> str:
 
 
 class Endings:
-    """Decides of callbacks of a net whether they always end.
-
-    Parameters
-    ----------
-    net : CompiledNet
-        The net.
-    """
+    """Decides of callbacks of a net whether they always end."""
 
     def __init__(self, net: CompiledNet) -> None:
         self._whole = Whole(net)
@@ -122,8 +116,6 @@ class Endings:
         ----------
         running : tuple of int
             Places of which one is marked from its beginning to its end.
-        budget : Budget
-            Time and memory.
         work : int
             Cache misses of saturation that the markings of a part may cost.
         """

@@ -64,12 +64,6 @@ def searched(
 
     Parameters
     ----------
-    net : CompiledNet
-        The net.
-    waiting : Waiting
-        What waits for what in it.
-    budget : Budget
-        Its time and memory.
     pages : collection of str, optional
         Ids of the pages whose callbacks are asked for; all by default.
     """

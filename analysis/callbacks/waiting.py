@@ -46,8 +46,6 @@ class Callback:
     ----------
     waiter : Waiter
         It, as one that waits.
-    page : sym.CallbackPage
-        Its page.
     index : int or None
         Number of the server instance or slot.
     running, awaiting : int
@@ -72,11 +70,6 @@ class Callback:
 
 class Waiting:
     """Which transitions wait for which places in markings of a net.
-
-    Parameters
-    ----------
-    subject : Subject
-        What is analysed.
 
     Attributes
     ----------
@@ -112,8 +105,6 @@ class Waiting:
 
         Parameters
         ----------
-        marking : sequence of int
-            The marking.
         of : Waiter, optional
             Only circles that it waits for, those that it is in before others.
         """
@@ -179,8 +170,6 @@ class Waiting:
         ----------
         page : str
             Id of the callback page.
-        marking : sequence of int
-            The marking.
         """
         found: dict[str, None] = {}
         for key, callback in self.callbacks.items():

@@ -52,15 +52,7 @@ Choice: TypeAlias = Callable[[Sequence[int], Sequence[int]], int | None]
 
 
 class Walks:
-    """Runs of a net in which callbacks come to wait forever.
-
-    Parameters
-    ----------
-    net : CompiledNet
-        The net.
-    waiting : Waiting
-        What waits for what in it.
-    """
+    """Runs of a net in which callbacks come to wait forever."""
 
     def __init__(self, net: CompiledNet, waiting: Waiting) -> None:
         self._net = net

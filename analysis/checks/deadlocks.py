@@ -105,12 +105,8 @@ def deadlock_groups(
 
     Parameters
     ----------
-    subject : Subject
-        What is analysed.
     space : SymbolicStateSpace
-        Its complete state space.
-    final : FinalCondition, optional
-        That of the model.
+        The complete state space.
 
     Raises
     ------
@@ -146,12 +142,8 @@ def group_at(
 
     Parameters
     ----------
-    subject : Subject
-        The model.
     trace : sequence of int
         Transitions that lead to the marking.
-    final : FinalCondition, optional
-        The final condition of the model.
     ignored : collection of int
         Places whose tokens mean nothing for a deadlock, such as values of signals.
     """

@@ -57,10 +57,6 @@ class Checked:
 
     Attributes
     ----------
-    model : pn.Net
-        The model.
-    report : Report
-        The answers.
     budget : Budget
         Begun.
     work : int or None
@@ -233,8 +229,6 @@ class Question(ABC):
 
     Attributes
     ----------
-    faults : tuple of Fault
-        What it may find.
     asks : str
         What is not known where it is left open.
     needs_space : bool

@@ -75,8 +75,6 @@ def overtaking(
 
     Parameters
     ----------
-    net : CompiledNet
-        The net.
     first : int
         The place that says that one of two slots works for a client.
     accepts : int

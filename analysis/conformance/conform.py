@@ -67,8 +67,6 @@ class _Survey:
     ----------
     lost : set of int
         Positions of the messages that the publisher's queue dropped.
-    drops : bool
-        Whether any queue dropped messages.
     """
 
     lost: set[int] = field(default_factory=set)

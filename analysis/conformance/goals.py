@@ -29,10 +29,6 @@ class _SentGoal:
 
     Attributes
     ----------
-    slot : int or None
-        The slot that has accepted it.
-    outcome : str or None
-        Its outcome.
     is_told : bool
         Whether its client knows the outcome or the refusal.
     """
@@ -46,13 +42,7 @@ class _SentGoal:
 
 
 class GoalFlow:
-    """The goals of all actions.
-
-    Parameters
-    ----------
-    player : Player
-        Fires transitions.
-    """
+    """The goals of all actions."""
 
     def __init__(self, player: Player) -> None:
         self._player = player

@@ -17,8 +17,6 @@ class Invariant:
 
     Parameters
     ----------
-    text : str
-        The condition.
     subject : Subject
         The flattened system model.
 

@@ -93,8 +93,6 @@ class Merger:
 
     Parameters
     ----------
-    replay : Replay
-        The net and its marking.
     feeds : dict of str to Feed
         The records of each node.
     takes_last : bool

@@ -39,11 +39,6 @@ class ConformanceNet:
 
     Traces are written by our engine, which runs the net of each node: executors and callback groups of
     handwritten nodes are not part of it.
-
-    Parameters
-    ----------
-    model : sym.SystemModel
-        The model.
     """
 
     def __init__(self, model: sym.SystemModel) -> None:

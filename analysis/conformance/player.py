@@ -15,8 +15,6 @@ class Player:
 
     Parameters
     ----------
-    net : ConformanceNet
-        The net.
     firings : list of int, optional
         List to which each firing of the net is appended.
 
@@ -24,8 +22,6 @@ class Player:
     ----------
     marking : list of int
         The marking; always the same list object.
-    fired : int
-        Number of firings.
     """
 
     def __init__(self, net: ConformanceNet, firings: list[int] | None = None) -> None:

@@ -11,8 +11,6 @@ class Fault:
 
     Attributes
     ----------
-    reason : str
-        The reason.
     queue : str or None
         Place of the publisher whose queue was not full, if that is the reason: then another order of other
         nodes' steps may allow it.
@@ -30,8 +28,6 @@ class Waiting:
     ----------
     reason : str
         What is missing.
-    senders : tuple of str
-        The nodes whose steps it waits for.
     outside : str
         The meaning if no node of the model ever does that step.
     unclear : bool

@@ -41,8 +41,6 @@ class Replay(Player):
 
     Parameters
     ----------
-    net : ConformanceNet
-        The net.
     keep : collection of (str, str)
         Channel and place of publishers whose queues should stay as full as possible.
     firings : list of int, optional
@@ -98,8 +96,6 @@ class Replay(Player):
 
         Parameters
         ----------
-        record : Record
-            The step.
         dropped : bool
             Whether a later record reports that this message was lost in the publisher's queue.
         forced : bool

@@ -63,10 +63,6 @@ def fix_of(model: sym.SystemModel, finding: Finding, budget: Budget) -> Fix | No
     ----------
     model : sym.SystemModel
         The model; it is not changed.
-    finding : Finding
-        The fault, with its witness.
-    budget : Budget
-        Time and memory.
 
     Raises
     ------

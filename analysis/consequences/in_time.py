@@ -33,14 +33,8 @@ def gone_in_time(
 
     Parameters
     ----------
-    fixed : sym.SystemModel
-        The corrected model.
     causes : collection of (str, tuple of str)
         Rules and elements of the causes that were repaired.
-    some : list of Finding
-        The faults.
-    budget : Budget
-        Limits.
     """
     subject = timed_base_subject(fixed)
     used = disproved(subject, walk_in_time(subject.timed, budget.share(WALKS_SHARE)).ways, some)

@@ -39,8 +39,6 @@ def about_precautions(subject: Subject, report: Report, budget: Budget) -> Repor
         The net with its times, which this leaves out.
     report
         What a check with times found.
-    budget
-        Limits.
     """
     careful, is_open = _precautions(subject, report.findings, budget)
     findings = [

@@ -42,8 +42,6 @@ def disproved(subject: Subject, fired: Collection[int], some: Sequence[Finding])
 
     Parameters
     ----------
-    subject : Subject
-        The net.
     fired : collection of int
         Transitions that were met in runs.
     some : sequence of Finding

@@ -172,8 +172,6 @@ def require_times(model: sym.SystemModel, *, with_guards: bool = False) -> None:
 
     Parameters
     ----------
-    model : sym.SystemModel
-        The model.
     with_guards : bool
         Whether it may have guards: bounds follow them, and exact times do not.
 

@@ -47,14 +47,10 @@ def longest_instance(observer: Observer, base: TimedNet, longest: Bound, budget:
 
     Parameters
     ----------
-    observer
-        The observer of a path.
     base
-        The net without it.
+        The net without the observer.
     longest
         The greatest time of an instance. If no instance attains it, one that nearly does is returned.
-    budget
-        Limits.
     """
     limit = clock_of(base)
     while limit <= longest.value:

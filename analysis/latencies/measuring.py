@@ -71,12 +71,8 @@ def measured(observer: Observer, base: TimedNet, budget: Budget, missing: str = 
 
     Parameters
     ----------
-    observer
-        The observer of a path.
     base
-        The net without it.
-    budget
-        Limits.
+        The net without the observer.
     missing
         A time that the model does not give. Then only the least time is measured.
     """

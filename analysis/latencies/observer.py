@@ -63,8 +63,6 @@ class Observer:
 
     Parameters
     ----------
-    parts : Parts
-        The net.
     explored : Explored
         Its markings: how many messages there can be.
     path : Path

@@ -32,7 +32,6 @@ class Run:
 
     Attributes
     ----------
-    page : sym.CallbackPage
     places : list of str
         One token for each run that has begun and not ended.
     own : set of str

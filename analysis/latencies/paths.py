@@ -175,8 +175,6 @@ def has_only_newer(path: Path, number: int) -> bool:
 
     Parameters
     ----------
-    path
-        The path.
     number
         The callback, counted from 0.
     """

@@ -20,13 +20,7 @@ from dineros.metamodel.times.runs import places_of_ports
 
 @dataclass(frozen=True)
 class Stored:
-    """A value from a callback to another one, over a place that both use.
-
-    Attributes
-    ----------
-    place : pn.Place
-    writer, reader : sym.CallbackPage
-    """
+    """A value from a callback to another one, over a place that both use."""
 
     place: pn.Place
     writer: sym.CallbackPage

@@ -19,8 +19,6 @@ class FinalCondition:
     ----------
     subject : Subject
         What is analysed.
-    text : str
-        The condition.
 
     Raises
     ------

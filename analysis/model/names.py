@@ -39,8 +39,6 @@ class PlainNames(TableNames):
 
     Parameters
     ----------
-    net : CompiledNet
-        The net.
     model : pn.Net
         The model that it was compiled from.
     """

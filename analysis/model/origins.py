@@ -29,8 +29,6 @@ class Origins:
 
     Attributes
     ----------
-    queues : list of Queue
-        The queues of its channels.
     places : dict of str to EObject
         By the id of a place of the net, the place of the model; copies of server instances have the same one.
     values : dict of str to (InputSignal, bool or str)

@@ -56,8 +56,6 @@ class Subject:
     ----------
     model : pn.Net
         The model it comes from: a system model, or the net itself.
-    net : CompiledNet
-        The compiled net.
     flattened : Flattened or None
         How a system model became the net; None for a plain net.
     blocked : tuple of str

@@ -49,8 +49,6 @@ class LeftOutTimes:
     ----------
     count : int
         How many transitions have an interval that says something; of other times: how many are declared.
-    example : str
-        One of them, with its interval.
     changes_runs : bool
         Whether some interval has a latest time; if none has, all answers hold with times.
     is_of_transitions : bool
@@ -93,8 +91,6 @@ class UsedTimes:
     ----------
     count : int
         How many transitions of the net have an interval that says something; 0 if only priorities count.
-    example : str
-        One of them, with its interval.
     unit : str
         The length of time of which every bound is a multiple.
     """

@@ -29,10 +29,6 @@ def decide_by_parts(net: CompiledNet, found: Firings, budget: Budget) -> None:
 
     Parameters
     ----------
-    net : CompiledNet
-        The net.
-    found : Firings
-        The known facts.
     budget : Budget
         Time and memory.
     """

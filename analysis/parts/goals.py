@@ -23,8 +23,6 @@ class ReachableGoals:
 
     Parameters
     ----------
-    net : CompiledNet
-        The net.
     is_goal : callable
         Whether a marking of the net is what is looked for; it is then within one of the ranges.
     """

@@ -37,8 +37,6 @@ class Whole:
 
     Parameters
     ----------
-    net : CompiledNet
-        The net.
     dead : collection of int
         Transitions that can never fire; no part has them.
 
@@ -111,8 +109,6 @@ class GrowingPart:
 
     Parameters
     ----------
-    whole : Whole
-        The net.
     places : collection of int
         Places of the part; they have bounds.
     asked : collection of int

@@ -36,8 +36,6 @@ class AskedLatency:
 
     Attributes
     ----------
-    property : sym.Property
-    bound : LatencyBound
     subject : Subject
         The net, with its times if it is asked with times.
     """

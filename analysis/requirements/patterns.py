@@ -72,10 +72,6 @@ class Reading:
 
     Attributes
     ----------
-    logic : {"ltl", "ctl"}
-        What it is a formula of.
-    formula : Formula
-        The formula.
     is_negated : bool
         Whether the property holds where the formula does not: a run that violates it shows the property.
     """

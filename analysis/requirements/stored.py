@@ -61,10 +61,6 @@ class Asked:
 
     Attributes
     ----------
-    property : sym.Property
-        The property.
-    subject : Subject
-        The net.
     reading : Reading
         The property as a formula, the assumptions about signals in it.
     weak, strong : tuple of str

@@ -55,8 +55,6 @@ class Capacity:
 
     Attributes
     ----------
-    queue : Queue
-        The queue.
     limit : int
         Its capacity in the model.
     needed : int or None

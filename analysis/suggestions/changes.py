@@ -253,8 +253,6 @@ def against_run(
     ----------
     callbacks : sequence of Callback
         Callbacks of the changed model.
-    markings : iterable of sequence of int
-        Markings of the run.
     """
     begun: dict[sym.CallbackPage, None] = {}
     together: dict[tuple[sym.CallbackPage, sym.CallbackPage], None] = {}

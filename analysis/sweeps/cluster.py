@@ -46,7 +46,6 @@ def cluster_answers(jobs: Iterable[J], address: str) -> Generator[tuple[J, Any],
 
     Parameters
     ----------
-    jobs : iterable of Job or of Part
     address : str
         Address of the scheduler, such as ``tcp://10.0.0.1:8786``.
 

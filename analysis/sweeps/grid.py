@@ -39,8 +39,6 @@ class Axis:
     features : tuple of str
         For example ``RedObjects.tokens``, see `dineros.metamodel.settings`; or a parameter, such as
         ``robots``.
-    values : tuple of str
-        Their values, in order.
     """
 
     features: tuple[str, ...]

@@ -31,10 +31,6 @@ class Journal:
         The file; created if it does not exist.
     model : str
         The model, as XMI.
-    grid : Grid
-        The points.
-    engine : str
-        The requested engine.
     limits : list
         Memory and time for a point. Points that failed because of these limits are repeated with other
         limits.

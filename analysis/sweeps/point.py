@@ -82,8 +82,6 @@ class Figures:
         Wall-clock time of reduction, search for an order, and exploration.
     peak_memory_bytes : int or None
         Peak memory of the point's process, including about 200 MiB of compiled engines.
-    engine : str or None
-        The engine that answered.
     complete : bool
         Whether all markings were counted.
     error : str

@@ -98,8 +98,6 @@ def sweep(
     model : pn.Net or callable
         The model; or a function that returns it for values of parameters, such as ``["robots=3"]``
         (`dineros.metamodel.files.programs.ModelProgram.model`).
-    grid : Grid
-        The points.
     output : Path
         A ``.csv`` or ``.parquet`` file, written completely at the end.
     engine : {"auto", "explicit", "symbolic"}

@@ -159,12 +159,8 @@ def _last_classes(graph: TimedGraph, among: Flags, callback: Callback) -> list[t
 
     Parameters
     ----------
-    graph
-        The graph of all classes.
     among
         Classes that are never left together.
-    callback
-        The callback.
     """
     inside = among[graph.source]
     source, target = graph.source[inside], graph.target[inside]

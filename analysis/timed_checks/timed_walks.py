@@ -39,11 +39,6 @@ FINE = 8
 class TimedRun:
     """A run that has begun: its marking, and since when each transition is enabled.
 
-    Parameters
-    ----------
-    net : TimedNet
-        The net.
-
     Attributes
     ----------
     marking : list of int
@@ -83,8 +78,6 @@ class TimedRun:
 
         Parameters
         ----------
-        draw : Random
-            Draws which one, and when.
         is_hasty : bool
             Whether one of those fires that can first, as soon as it can.
         slow : set of int
@@ -194,8 +187,6 @@ def walk_in_time(net: TimedNet, budget: Budget, runs: int = RUNS, steps: int = S
 
     Parameters
     ----------
-    net : TimedNet
-        The net.
     budget : Budget
         Its time; the runs that are complete then are returned.
     runs, steps : int
@@ -216,12 +207,8 @@ def walk_late(net: TimedNet, found: Walked, budget: Budget) -> None:
 
     Parameters
     ----------
-    net : TimedNet
-        The net.
     found : Walked
         Where the runs are put.
-    budget : Budget
-        Their time.
     """
     for number in range(LATE_RUNS):
         run = TimedRun(net)
@@ -233,14 +220,8 @@ def walk_towards(net: TimedNet, wanted: Collection[int], found: Walked, budget: 
 
     Parameters
     ----------
-    net : TimedNet
-        The net.
-    wanted : collection of int
-        The transitions.
     found : Walked
         Where the runs are put.
-    budget : Budget
-        Their time.
     """
     for transition in wanted:
         if budget.is_over:

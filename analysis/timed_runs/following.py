@@ -25,8 +25,6 @@ class Following:
 
     Parameters
     ----------
-    parts : Parts
-        The net.
     seen : callable
         Called for each instance, as `Seen`; of a response, first and last callback are the same.
     lost : callable

@@ -129,12 +129,8 @@ class Suppressed:
 
     Attributes
     ----------
-    finding : Finding
-        The finding.
     element : str
         Id of the element that has the suppression.
-    reason : str
-        Why it is accepted.
     until : str or None
         The last day on which it is accepted, as an ISO date; None for always.
     """
@@ -196,8 +192,6 @@ class Report:
 
     Attributes
     ----------
-    findings : list of Finding
-        What is wrong.
     proved : list of str
         What is proved to hold.
     unknown : list of Outcome

@@ -95,8 +95,6 @@ def first_cause(witness: Witness, asked: str | None = None, verdict: str | None 
 
     Parameters
     ----------
-    witness : Witness
-        The firing sequence.
     asked, verdict : str, optional
         What was asked: a formula or a condition; and the answer. Where the answer is what kind of finding it
         is, the outcome is the last firing, or the deadlock after it.

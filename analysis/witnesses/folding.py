@@ -44,8 +44,6 @@ def folded(items: Sequence[Hashable], values: NDArray[np.float64] | None = None)
 
     Parameters
     ----------
-    items : sequence of hashable
-        The sequence.
     values : float array, optional
         By item, numbers that change from one round to the next, for each item by as much each time.
 

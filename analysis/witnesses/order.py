@@ -22,8 +22,6 @@ def disorder(subject: Subject, firings: Sequence[int]) -> str:
 
     Parameters
     ----------
-    subject : Subject
-        The net.
     firings : sequence of int
         Transitions, from the initial marking.
     """

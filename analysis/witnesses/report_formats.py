@@ -35,12 +35,8 @@ def to_sarif(report: Report, model: pn.Net, path: Path, faults: Mapping[str, Fau
 
     Parameters
     ----------
-    report : Report
-        The report.
     model : pn.Net
         The model, as it was read: its elements know their lines.
-    path : Path
-        The file of the model.
     faults : mapping of str to Fault
         The kinds of what can be found, by name.
     """
@@ -251,12 +247,6 @@ def to_junit(report: Report, model: pn.Net, path: Path, name: str = "dineros che
 
     Parameters
     ----------
-    report : Report
-        The report.
-    model : pn.Net
-        The model.
-    path : Path
-        Its file.
     name : str
         What found it.
     """

@@ -48,8 +48,6 @@ def repeating_way(
 
     Parameters
     ----------
-    net
-        The net.
     trace
         A firing sequence from the initial marking after which they can fire.
     then

@@ -13,8 +13,6 @@ class TokenLevels:
 
     Parameters
     ----------
-    net : CompiledNet
-        The net.
     sequence : sequence of int
         Transitions, from the initial marking; each is enabled when it is its turn.
     """

@@ -55,8 +55,6 @@ class Witness:
 
     Attributes
     ----------
-    steps : tuple of Step
-        The firings in order.
     loop : int or None
         Index of the first step that repeats forever; None for a finite sequence.
     disorder : str
@@ -86,10 +84,6 @@ def witness_of(
 
     Parameters
     ----------
-    subject, trace
-        The net, and the sequence.
-    loop
-        Where it begins to repeat.
     times
         When its transitions fire; by default, as the net says.
 

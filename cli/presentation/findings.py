@@ -72,8 +72,6 @@ class Coming:
 
     Parameters
     ----------
-    report : Report
-        The report that gets the answers.
     accepted : callable
         Returns a report in which accepted findings are separate.
     """

@@ -22,10 +22,6 @@ class ImportReport:
 
     Attributes
     ----------
-    system : ObservedSystem
-        The observed system.
-    imported : Imported
-        The imported model.
     findings : sequence of Finding
         Faults that are visible from ports.
     output, given : Path

@@ -39,14 +39,10 @@ def say_state_space(
 
     Parameters
     ----------
-    space, subject
-        The state space, and its net.
     asked : mapping
         The question, for JSON: the model, its variant, and whether it was ``reduced``.
     confirmed : sequence
         The results of other engines that counted again; empty if none was asked.
-    as_json : bool
-        Whether to print JSON.
     """
     from dineros.analysis.model.assumptions import of_source
     from dineros.analysis.model.times import left_out_times

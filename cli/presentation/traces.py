@@ -29,8 +29,6 @@ def model_of(
         Files of the trace: the model may be next to them.
     given : Path or None
         The model that the user names instead.
-    settings : sequence of str
-        Further changes.
     """
     from dineros.cli.models import load
     from dineros.views.traces.reading import model_path

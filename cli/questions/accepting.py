@@ -36,8 +36,6 @@ class Acceptance:
 
     Parameters
     ----------
-    net : pn.Net
-        A valid model.
     baseline : Path or None
         The known findings.
     written : Path or None

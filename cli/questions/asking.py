@@ -44,8 +44,6 @@ class Asking:
     ----------
     model, settings, signals, overflow
         The model's file, its changes, and the flattening.
-    engine, scheduler
-        Who answers: an engine, or the workers of a scheduler.
     certificate, confirm
         Where a certificate is wanted; whether others are to decide again what rests on all markings.
     timed : bool
@@ -56,8 +54,6 @@ class Asking:
         Whether the certificate is written.
     no_certificate : str
         Why it is not, if that is not what the answer rests on.
-    confirmation : Confirmation or None
-        What the others say.
     times : LeftOutTimes or None
         Firing intervals of the net, which no engine knows.
     assumes : list of str
@@ -117,8 +113,6 @@ class Asking:
 
         Parameters
         ----------
-        subject : Subject
-            The net.
         kind, text, question
             The same question, as certificates and as engines know it.
         signals : str
@@ -193,12 +187,8 @@ class Asking:
 
         Parameters
         ----------
-        answer, witness
-            The answer, and the run.
         asked : str
             The question in the words of the trace that is written.
-        say : callable
-            Prints the answer for people.
         first, **last
             Further JSON keys of the question, and of the answer.
         is_universal : bool

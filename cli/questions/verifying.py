@@ -37,16 +37,10 @@ def verify_formula(
 
     Parameters
     ----------
-    asking : Asking
-        Who answers, and the output.
     logic, formula : str
         ``ltl`` or ``ctl``, and the formula.
-    written : Path or None
-        The property file.
     weak, strong : tuple of str
         What is fair, in linear time.
-    orders : OrderCache, optional
-        Orders of levels that are known.
     """
     from dineros.analysis.model.fairness import fair_transitions, unfairness
     from dineros.analysis.questions.needed_fairness import needed_fairness

@@ -29,8 +29,6 @@ class Evidence:
     ----------
     source : Path
         The source of the messages to explain: the recording, or else the tracing files.
-    tracing : Path or None
-        The tracing files.
     proposals : list of Proposal
         Of both.
     recorded, messages
@@ -69,10 +67,6 @@ def gathered(
 
     Parameters
     ----------
-    system : ObservedSystem
-        The system.
-    given : Given
-        The facts given for it.
     bag, tracing : Path or None
         A recording and tracing files, one of them at least.
     within : float

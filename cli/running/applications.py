@@ -28,10 +28,6 @@ class Application:
         The system model; None for a workspace, whose model is read when needed.
     models : tuple of rtm.RuntimeModel
         One per node.
-    handlers : Path or None
-        The file with the handlers.
-    settings : tuple of str
-        How the model was changed.
     expected : dict of str to dict of str to Expectation
         Node -> id of a signal -> how long its source may be silent, and what is done then.
     """

@@ -68,12 +68,6 @@ def run_in_process(
 
     Parameters
     ----------
-    what : Application
-        The nodes, and the developers' code.
-    wanted : Wanted
-        What ends the run.
-    observer : FolderObserver
-        Follows the traces.
     steering : Steering, optional
         Gets the nodes, for pages that steer them.
 

@@ -58,14 +58,6 @@ def run_on_ros(
 
     Parameters
     ----------
-    application : Application
-        The nodes, and the developers' code.
-    wanted : Wanted
-        What ends the run.
-    observer : FolderObserver
-        Follows the traces.
-    options : RosOptions
-        How it runs on ROS.
     steering : Steering, optional
         Gets the nodes, for pages that steer them; without it, their processes get no line to this one.
 

@@ -34,14 +34,6 @@ class Outcome:
 
     Attributes
     ----------
-    application : Application
-        The application.
-    options : Options
-        How.
-    ending : Ending
-        How it ended.
-    observer : FolderObserver
-        The observer of the run.
     verdict : Verdict or None
         Of the monitor, if it saw the whole run.
     """
@@ -86,10 +78,6 @@ def run_application(application: Application, options: Options, tell: Callable[[
 
     Parameters
     ----------
-    application : Application
-        The application.
-    options : Options
-        How.
     tell : callable
         Gets the result while the traces still exist.
 

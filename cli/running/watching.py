@@ -39,10 +39,6 @@ class RosOptions:
 
     Attributes
     ----------
-    domain : int
-        The ROS domain.
-    reach : {"memory", "machine", "network"}
-        The reach of its messages.
     programs : tuple of str
         Command lines of further programs that run as long as the application.
     restarts : int
@@ -103,12 +99,8 @@ class Wanted:
     ----------
     until : callable or None
         The condition that ends it, given marking and signals.
-    folder : Path
-        Gets the traces.
     monitor : Monitor or None
         Replays the records on the model when they arrive.
-    options : Options
-        The message about it.
     interrupted : threading.Event
         Set by `interrupt`, which handles signals.
     """
@@ -171,10 +163,6 @@ def watch(wanted: Wanted, observer: FolderObserver, running: Running) -> Ending:
 
     Parameters
     ----------
-    wanted : Wanted
-        The goals that end it.
-    observer : FolderObserver
-        Follows the traces.
     running : Running
         The processes or threads.
     """

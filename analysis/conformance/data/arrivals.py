@@ -29,13 +29,7 @@ _Sent = tuple[str, Data]
 
 
 class Arrivals:
-    """The data of messages in transit, from the records.
-
-    Parameters
-    ----------
-    model : sym.SystemModel
-        The model.
-    """
+    """The data of messages in transit, from the records."""
 
     def __init__(self, model: sym.SystemModel) -> None:
         self._types: dict[str, sym.TokenType | None] = {}

@@ -37,8 +37,6 @@ class Decisions:
 
     Parameters
     ----------
-    model : sym.SystemModel
-        The model.
     subject : Subject
         The flattened net, with guards not unfolded.
 

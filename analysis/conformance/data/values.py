@@ -24,11 +24,6 @@ from dineros.metamodel.token_data import FieldType
 class Values:
     """The data of tokens on places that matter for guards, according to the records.
 
-    Parameters
-    ----------
-    decisions : Decisions
-        Guards and assignments of the transitions.
-
     Attributes
     ----------
     unclear : list of Deviation

@@ -20,15 +20,7 @@ from dineros.metamodel.records.steps import CallStep, Step
 
 
 class Calls:
-    """The calls of all services.
-
-    Parameters
-    ----------
-    player : Player
-        Fires transitions.
-    messages : Messages
-        The messages under way.
-    """
+    """The calls of all services."""
 
     def __init__(self, player: Player, messages: Messages) -> None:
         self._net, self._marking = player.net, player.marking

@@ -35,8 +35,6 @@ class Before:
     ----------
     sender : str
         Prefix of the ids of its requests.
-    requested : int
-        Number of requests.
     pending : frozenset of int
         Requests for which the client waited; the others were over.
     serving : dict of int to int

@@ -21,8 +21,6 @@ class QueueFinder:
 
     Parameters
     ----------
-    subject : Subject
-        The net.
     roles : mapping of str to StepRole
         Role of each transition.
     states : iterable of int

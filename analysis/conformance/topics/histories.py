@@ -41,14 +41,8 @@ class HistoryFlow:
 
     Parameters
     ----------
-    player : Player
-        Fires transitions.
     channel : str
         Id of the topic channel.
-    topic : HistoryTopic
-        The topic.
-    fates : Fates
-        Fates of messages.
     draw : Random, optional
         Draws the losses of messages without ids; without it, they are lost when that is recorded.
     """
@@ -195,8 +189,6 @@ class HistoryFlow:
 
         Parameters
         ----------
-        record : Drop
-            The record of the losses.
         following : Take, optional
             The message before which they are missing: they are of the same publisher.
         """

@@ -18,10 +18,6 @@ class TopicFlow:
 
     Parameters
     ----------
-    player : Player
-        Fires transitions.
-    topic : Topic
-        The topic.
     keep : collection of str
         Places of publishers whose queues should stay as full as possible.
     """

@@ -22,14 +22,8 @@ class Topics:
 
     Parameters
     ----------
-    player : Player
-        Fires transitions.
-    messages : Messages
-        The messages under way.
     keep : collection of (str, str)
         Channel and place of publishers whose queues should stay as full as possible.
-    fates : Fates
-        Fates of messages, for topics with histories.
     draw : Random, optional
         Draws decisions about messages without ids.
     """

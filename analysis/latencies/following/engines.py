@@ -25,16 +25,6 @@ class FollowedEngine:
 
     Parameters
     ----------
-    net : EditedNet
-        The net.
-    parts : Parts
-        Its parts.
-    explored : Explored
-        Its markings.
-    number : int
-        Of the callback in its path.
-    page : sym.CallbackPage
-        The callback.
     target : str
         The place of what it publishes; empty if the instance ends with the callback.
     arrives : mapping of str to (mapping of str to int)

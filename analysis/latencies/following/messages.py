@@ -38,12 +38,6 @@ class FollowedMessages:
 
     Parameters
     ----------
-    net : EditedNet
-        The net.
-    parts : Parts
-        Its parts.
-    explored : Explored
-        Its markings.
     start : StartOfInstance
         What the release of an instance does.
 

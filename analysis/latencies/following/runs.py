@@ -14,10 +14,6 @@ class FollowedRuns:
     ----------
     net : EditedNet
         The net; it gets the places of the run that is followed.
-    parts : Parts
-        Its parts.
-    explored : Explored
-        Its markings.
     """
 
     def __init__(self, net: EditedNet, parts: Parts, explored: Explored) -> None:

@@ -209,12 +209,6 @@ class _Saying:
 
     Parameters
     ----------
-    model : Path
-        The file.
-    chain : str
-        The requested chain, if any.
-    as_json : bool
-        Whether JSON is printed.
     of_source : list of str
         The assumption about the source of the model, if there is one.
     """

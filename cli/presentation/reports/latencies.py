@@ -39,8 +39,6 @@ def write_latency_page(
         Response times, and known shares of threads.
     model, source, settings
         The model, its file, and how it was changed.
-    output
-        The page.
     chains
         What is known of the chain that was asked for, in words.
     worst
