@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from dineros.analysis.callbacks.circles import Circle, Waiter
 from dineros.analysis.checks.properties import Properties
-from dineros.analysis.checks.question import OUT_OF_MEMORY, Checked, Question
+from dineros.analysis.checks.question import Checked, Question
 from dineros.analysis.logic.language.errors import FormulaError
 from dineros.analysis.model.final_conditions import FinalCondition
 from dineros.analysis.nets.witness import replay
-from dineros.analysis.symbolic.saturation import DiagramMemoryError
 from dineros.analysis.witnesses.findings import Fault, Wait
 from dineros.analysis.witnesses.witness import Witness, witness_to
 from dineros.metamodel.elements import is_unseen, node_net_of
@@ -54,35 +53,34 @@ class Deadlock(Question):
         """Group the markings that enable nothing."""
         from dineros.analysis.checks.deadlocks import deadlock_groups, group_at
 
-        subject, found, known = checked.subject, False, checked.firings
-        try:
-            final = FinalCondition.of(subject)
-        except FormulaError as error:
-            what = "the final condition of the model"
-            checked.report.findings.append(
-                Properties.UNREADABLE.found(checked.identity, property=what, reason=error)
-            )
-            final = None
+        subject, known, final = checked.subject, checked.firings, self._final(checked)
         if known is not None:
             if known.deadlock is not None:
                 self._find(checked, group_at(subject, known.deadlock, final))
             if known.has_no_deadlock:
                 checked.report.proved.append("no deadlock")
             elif not known.is_complete:
-                question = (
-                    "whether there are other deadlocks" if known.deadlock else "whether there is a deadlock"
-                )
-                checked.leave_open(question, known.why_open)
+                asks = "whether there are other deadlocks" if known.deadlock else self.asks
+                checked.leave_open(asks, known.why_open)
             return
+        self._find_all(checked, deadlock_groups(subject, checked.space, final))
+
+    @staticmethod
+    def _final(checked: Checked) -> FinalCondition | None:
+        """Return the final condition of the model; one that cannot be read is a finding."""
         try:
-            for group in deadlock_groups(subject, checked.space, final):
-                found = True
-                self._find(checked, group)
-        except DiagramMemoryError:
-            question = "whether there are other deadlocks" if found else "whether there is a deadlock"
-            checked.leave_open(question, OUT_OF_MEMORY)
-            return
-        if not found:
+            return FinalCondition.of(checked.subject)
+        except FormulaError as error:
+            what = "the final condition of the model"
+            unreadable = Properties.UNREADABLE.found(checked.identity, property=what, reason=error)
+            checked.report.findings.append(unreadable)
+            return None
+
+    def _find_all(self, checked: Checked, groups: Sequence[DeadlockGroup]) -> None:
+        """Report all dead markings; there are no others."""
+        for group in groups:
+            self._find(checked, group)
+        if not groups:
             checked.report.proved.append("no deadlock")
 
     def _find(self, checked: Checked, group: DeadlockGroup) -> None:
@@ -147,12 +145,7 @@ class Callbacks(Question):
             return
         from dineros.analysis.callbacks.blocking import blocked
 
-        try:
-            found = self._report(checked, blocked(checked.space, checked.waiting, checked.budget))
-        except DiagramMemoryError:
-            checked.leave_open(self.asks, OUT_OF_MEMORY)
-            return
-        if not found:
+        if not self._report(checked, blocked(checked.space, checked.waiting, checked.budget)):
             checked.report.proved.append(ALL_END)
 
     @classmethod

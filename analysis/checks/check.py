@@ -10,7 +10,6 @@ smaller net may answer instead; if it is infinite, the search answers what it ca
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
 
 from dineros.analysis.acceptance import suppressions
 from dineros.analysis.answers.budget import UNLIMITED, Budget
@@ -69,25 +68,12 @@ def check(
 
 def ask_all(checked: Checked, asked: Sequence[Question]) -> None:
     """Ask questions in their order, after what each of them can answer at little cost."""
-    report = checked.report
     for question in asked:
         with checked.guarded(None):
             question.ask_first(checked)
     for question in asked:
-        if checked.is_closed and question.needs_space:
-            report.open_rules |= {fault.rule for fault in question.faults}
-            continue
-        before = len(report.unknown)
-        checked.budget.stage(question.asks)
-        if question.needs_space:
-            _ = checked.subject  # what is wrong with the model itself ends the check
-        with checked.guarded(partial(question.leave_open, checked)):
-            if checked.firings is None or not question.reads_firings:
-                checked.budget.check_time()
-            question.ask(checked)
-        if len(report.unknown) > before:
-            report.open_rules |= {fault.rule for fault in question.faults}
-        if isinstance(question, Boundedness) and report.space is not None:
+        checked.ask(question)
+        if isinstance(question, Boundedness) and checked.report.space is not None:
             for other in asked:
                 with checked.guarded(None):
                     other.ask_with_space(checked)

@@ -39,55 +39,36 @@ MOST_NAMED = 4
 
 @dataclass(frozen=True)
 class Waiting:
-    """A transition that lacks something.
-
-    Attributes
-    ----------
-    transition : int
-        Its index in the net.
-    arrived : tuple of int
-        Input places where tokens arrived that are not at rest.
-    missing : tuple of int
-        Input places with too few tokens.
-    blocking : tuple of int
-        Places with an inhibitor arc and too many tokens.
-    """
+    """A transition that lacks something."""
 
     transition: int
+    """Its index in the net."""
     arrived: tuple[int, ...]
+    """Input places where tokens arrived that are not at rest."""
     missing: tuple[int, ...]
+    """Input places with too few tokens."""
     blocking: tuple[int, ...]
+    """Places with an inhibitor arc and too many tokens."""
 
 
 @dataclass(frozen=True)
 class DeadlockGroup:
-    """Dead markings with one cause.
-
-    Attributes
-    ----------
-    markings : int
-        How many there are.
-    causes : tuple of Waiting
-        What waits for what; empty if nothing waits.
-    trace : tuple of int
-        Transitions that lead to one of them.
-    is_rest : bool
-        Whether these are what is left after `MOST_GROUPS` groups; the causes are those of one marking then.
-    has_others : bool
-        Whether some of the markings have these causes at other server instances.
-    unfinished : tuple of int
-        Where nothing waits: places with tokens that are not final, though nothing takes tokens from them.
-    is_final : bool or None
-        Whether the final condition of the model holds; None if it states none.
-    """
+    """Dead markings with one cause."""
 
     markings: int
+    """How many there are."""
     causes: tuple[Waiting, ...]
+    """What waits for what; empty if nothing waits."""
     trace: tuple[int, ...]
+    """Transitions that lead to one of them."""
     is_rest: bool = False
+    """Whether these are what is left after `MOST_GROUPS` groups; the causes are those of one marking then."""
     has_others: bool = False
+    """Whether some of the markings have these causes at other server instances."""
     unfinished: tuple[int, ...] = ()
+    """Where nothing waits: places with tokens that are not final, though nothing takes tokens from them."""
     is_final: bool | None = None
+    """Whether the final condition of the model holds; None if it states none."""
 
 
 def is_finished(subject: Subject, group: DeadlockGroup) -> bool:
@@ -128,7 +109,8 @@ def merged(subject: Subject, groups: Iterable[DeadlockGroup]) -> list[DeadlockGr
         )
         first = found.setdefault(key, group)
         if first is not group:
-            found[key] = replace(first, markings=first.markings + group.markings, has_others=True)
+            has_others = first.has_others or group.causes != first.causes
+            found[key] = replace(first, markings=first.markings + group.markings, has_others=has_others)
     return list(found.values())
 
 

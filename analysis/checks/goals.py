@@ -7,12 +7,11 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING
 
-from dineros.analysis.answers.budget import Budget, BudgetExceededError
-from dineros.analysis.checks.question import OUT_OF_MEMORY, Checked, Question
+from dineros.analysis.answers.budget import Budget
+from dineros.analysis.checks.question import Checked, Question
 from dineros.analysis.checks.ways import can_fire, firing_witness, overtaking
 from dineros.analysis.model.resting import shut_down_marks
 from dineros.analysis.model.wording import outcome_words
-from dineros.analysis.symbolic.saturation import DiagramMemoryError
 from dineros.analysis.witnesses.findings import Fault
 from dineros.analysis.witnesses.witness import Witness, witness_of, witness_to
 from dineros.metamodel import pn, sym
@@ -27,6 +26,8 @@ if TYPE_CHECKING:
 HANGS_SHARE = 0.3
 """Part of the time that is left for goals that wait forever; the rest is for what is asked after that."""
 
+_HANGS = "whether goals can wait forever"
+_ON_TIME = "no goal is canceled too late, and none overtakes another one"
 _MORE_GOALS = "whether there are faults with more goals at once"
 _ASSUMES = "a client does not wait for the end of a goal, and the answers assume that {assumption}"
 _SET = "set its instances to the greatest number of goals that it works on at once"
@@ -124,19 +125,13 @@ class Goals(Question):
             if not checked.recurs:
                 self._without_space(checked, clients, found)
             return
-        share = checked.budget.share(HANGS_SHARE)
-        try:
+        with checked.guarded(partial(checked.leave_open, _HANGS)):
+            share = checked.budget.share(HANGS_SHARE)
             hangs = [self._hangs(checked, client, share) for client in clients]
-        except DiagramMemoryError:
-            checked.leave_open("whether goals can wait forever", OUT_OF_MEMORY)
-            return
-        except BudgetExceededError as limit:
-            checked.leave_open("whether goals can wait forever", str(limit))
-            return
-        if not any(hangs):
-            self._prove_ends(checked, clients)
-        if len(checked.report.findings) + len(checked.report.unknown) == found:
-            checked.report.proved.append("no goal is canceled too late, and none overtakes another one")
+            if not any(hangs):
+                self._prove_ends(checked, clients)
+            if len(checked.report.findings) + len(checked.report.unknown) == found:
+                checked.report.proved.append(_ON_TIME)
 
     @staticmethod
     def _prove_ends(checked: Checked, clients: Sequence[_Client]) -> None:
@@ -157,9 +152,8 @@ class Goals(Question):
         """
         from dineros.analysis.callbacks.refining import Endings, why_unknown
 
-        asks = "whether goals can wait forever"
         if checked.subject.is_timed:
-            checked.leave_open(asks, checked.why_open or "it is not decided with times")
+            checked.leave_open(_HANGS, checked.why_open or "it is not decided with times")
             return
         index = checked.subject.place_index
         waits = [
@@ -168,12 +162,12 @@ class Goals(Question):
         endings = Endings(checked.subject.net).of_all(waits, checked.budget.share(HANGS_SHARE))
         hangs = [self._hangs_in_parts(checked, client, endings) for client in clients]
         if None in hangs:
-            checked.leave_open(asks, why_unknown(endings.values()))
+            checked.leave_open(_HANGS, why_unknown(endings.values()))
         elif not any(hangs):
             self._prove_ends(checked, clients)
             is_on_time = all(can_fire(checked, client.late) is False for client in clients)
             if is_on_time and len(checked.report.findings) + len(checked.report.unknown) == before:
-                checked.report.proved.append("no goal is canceled too late, and none overtakes another one")
+                checked.report.proved.append(_ON_TIME)
 
     def _hangs_in_parts(
         self, checked: Checked, client: _Client, endings: Mapping[tuple[int, ...], Ending]

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import partial
 from typing import ClassVar
 
-from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.checks.question import Checked, Question
 from dineros.analysis.checks.ways import can_fire, firing_witness, why_unseen
 from dineros.analysis.model.losses import Kind, Loss, losses_of
@@ -52,9 +50,9 @@ class Overflow(Question):
 
     def _leave_open(self, checked: Checked, queue: Queue, reason: str) -> None:
         found = self._found(queue, None)
-        is_fault = found.severity != "note"
-        asks = Outcome.left_open(f"whether {queue} can overflow", reason, may_be_fault=is_fault)
-        checked.report.unknown.append(replace(asks, elements=found.elements, rule=found.rule))
+        may_be_fault = found.severity != "note"
+        asks = f"whether {queue} can overflow"
+        checked.leave_open(asks, reason, "", may_be_fault, found.elements, found.rule)
 
     @classmethod
     def ask_early(cls, checked: Checked) -> None:
@@ -184,8 +182,8 @@ class Presence(Question):
 
     @staticmethod
     def _leave_open(checked: Checked, fault: Fault, loss: Loss, reason: str) -> None:
-        asks = Outcome.left_open(f"whether this can happen: {loss.text}", reason)
-        checked.report.unknown.append(replace(asks, elements=loss.elements, rule=fault.rule))
+        asks = f"whether this can happen: {loss.text}"
+        checked.leave_open(asks, reason, elements=loss.elements, rule=fault.rule)
 
     @classmethod
     def _assume(cls, checked: Checked) -> None:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
-from functools import cached_property
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, ClassVar
 
 from dineros.analysis.answers.apart import is_end
@@ -19,6 +19,7 @@ from dineros.analysis.model.subject import Subject, base_subject
 from dineros.analysis.portfolio.known import Known, known_of
 from dineros.analysis.symbolic.engine import SymbolicStateSpace
 from dineros.analysis.symbolic.order_cache import OrderCache
+from dineros.analysis.symbolic.saturation import DiagramMemoryError
 from dineros.analysis.witnesses.findings import Fault, Report
 from dineros.analysis.witnesses.rounds import MOST_TRIED
 from dineros.metamodel import pn
@@ -183,9 +184,18 @@ class Checked:
         """Id of the model."""
         return str(self.model.id)
 
-    def leave_open(self, question: str, reason: str, hint: str = "", may_be_fault: bool = True) -> None:
-        """Put a question into the report that is not decided."""
-        self.report.unknown.append(Outcome.left_open(question, reason, hint, may_be_fault))
+    def leave_open(
+        self,
+        question: str,
+        reason: str,
+        hint: str = "",
+        may_be_fault: bool = True,
+        elements: tuple[str, ...] = (),
+        rule: str = "",
+    ) -> None:
+        """Put a question into the report that is not decided; see `Outcome`."""
+        open_question = Outcome.left_open(question, reason, hint, may_be_fault)
+        self.report.unknown.append(replace(open_question, elements=elements, rule=rule))
 
     @contextmanager
     def guarded(self, leave_open: Callable[[str], None] | None) -> Iterator[None]:
@@ -201,13 +211,15 @@ class Checked:
         """
         try:
             yield
+            return
         except BudgetExceededError as limit:
-            if leave_open is not None:
-                leave_open(str(limit))
+            reason = str(limit)
+        except DiagramMemoryError:
+            reason = OUT_OF_MEMORY
         except Exception as error:
             reason = self.failed(error, is_noted=leave_open is not None)
-            if leave_open is not None:
-                leave_open(reason)
+        if leave_open is not None:
+            leave_open(reason)
 
     def failed(self, error: Exception, *, is_noted: bool = True) -> str:
         """Note an error inside a question and return it as a reason; raise it again if it ends the check."""
@@ -218,6 +230,21 @@ class Checked:
         text = " ".join(str(error).split())
         return f"an internal error: {type(error).__name__}{': ' if text else ''}{text} ({REPORT_IT})"
 
+    def ask(self, question: Question) -> None:
+        """Ask a question, unless it needs a state space that is not there; note the rules it leaves open."""
+        before = len(self.report.unknown)
+        is_asked = not (self.is_closed and question.needs_space)
+        if is_asked:
+            self.budget.stage(question.asks)
+            if question.needs_space:
+                _ = self.subject  # what is wrong with the model itself ends the check
+            with self.guarded(partial(question.leave_open, self)):
+                if self.firings is None or not question.reads_firings:
+                    self.budget.check_time()
+                question.ask(self)
+        if not is_asked or len(self.report.unknown) > before:
+            self.report.open_rules |= {fault.rule for fault in question.faults}
+
     def close(self, question: str, reason: str) -> None:
         """End with an undecided question: the next steps need a state space."""
         self.leave_open(question, reason)
@@ -225,23 +252,17 @@ class Checked:
 
 
 class Question(ABC):
-    """A question of a check. A new one is a subclass, and is listed in `QUESTIONS`.
-
-    Attributes
-    ----------
-    asks : str
-        What is not known where it is left open.
-    needs_space : bool
-        Whether it cannot be asked once there is no state space.
-    reads_firings : bool
-        Whether it needs no further search if there is no state space: the known firings answer it. It is then
-        answered even after the time limit.
-    """
+    """A question of a check. A new one is a subclass, and is listed in `QUESTIONS`."""
 
     faults: ClassVar[Sequence[Fault]]
     asks: ClassVar[str]
+    """What is not known where it is left open."""
     needs_space: ClassVar[bool] = True
+    """Whether it cannot be asked once there is no state space."""
     reads_firings: ClassVar[bool] = False
+    """Whether it needs no further search if there is no state space: the known firings answer it. It is then
+    answered even after the time limit.
+    """
 
     def leave_open(self, checked: Checked, reason: str) -> None:
         """Leave it, or what is left of it, undecided."""

@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from dineros.analysis.answers.budget import RAN_OUT
 from dineros.analysis.checks.question import Checked, Question
 from dineros.analysis.model.queues import queues
-from dineros.analysis.symbolic.saturation import DiagramMemoryError
 from dineros.analysis.witnesses.findings import Fault
 
 if TYPE_CHECKING:
@@ -68,9 +66,6 @@ class Repetition(Question):
                 return
             reason = "not decided, because it takes more work than a check may cost"
             checked.leave_open(BEHAVIOUR, reason, "--behaviour decides it", may_be_fault=False)
-            return
-        except DiagramMemoryError:
-            self.leave_open(checked, RAN_OUT["memory"])
             return
         self._say_live(checked, answer.not_live)
         found, proved = checked.report.findings, checked.report.proved

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
 
 from dineros.analysis.checks.blocking import Deadlock
 from dineros.analysis.checks.deadlocks import DeadlockGroup, group_at, merged
-from dineros.analysis.checks.properties import Properties
 from dineros.analysis.checks.question import Checked
-from dineros.analysis.logic.language.errors import FormulaError
-from dineros.analysis.model.final_conditions import FinalCondition
 from dineros.analysis.timed.exploring import Trace
 from dineros.analysis.timed.timed_subject import TimedSubject, signals_matter
 from dineros.analysis.timed_checks.timed_checked import TimedChecked, with_times
@@ -42,57 +39,30 @@ class TimedDeadlock(Deadlock):
             of_signals = _signal_places(known.timed)
             rows = _quiet(known.timed, known.explored.markings, of_signals)
             ways = [known.explored.way_to(int(row)) for row in rows[: MOST_LOOKED_AT + 1]]
-            self._find_all(known, ways, len(rows), of_signals)
+            self._find_all(known, self._groups(known, ways, len(rows), of_signals))
             return
         ends = [way for _, way in known.explored.ends]
-        self._find_all(known, ends, len(ends))
+        self._find_all(known, self._groups(known, ends, len(ends)))
 
     def _ask_of_runs(self, known: TimedChecked) -> None:
         """Report where random runs end, as not all markings are known."""
         ends = known.walked.ends
         if not isinstance(known.model, sym.SystemModel) or not signals_matter(known.model):
-            for group in merged(known.subject, _groups(known, ends, len(ends))):
+            for group in self._groups(known, ends, len(ends)):
                 self._find(known, group)
         else:
             ends = []
         known.leave_open("whether there are other deadlocks" if ends else self.asks, known.explored.reason)
 
-    def _find_all(
+    def _groups(
         self, known: TimedChecked, ends: list[Trace], count: int, of_signals: Collection[int] = ()
-    ) -> None:
-        """Report all dead markings; there are no others."""
-        groups = merged(known.subject, _groups(known, ends, count, of_signals))
-        for group in groups:
-            self._find(known, group)
-        if not groups:
-            known.report.proved.append("no deadlock")
-
-
-def _final(known: TimedChecked) -> FinalCondition | None:
-    try:
-        return FinalCondition.of(known.subject)
-    except FormulaError as error:
-        what = "the final condition of the model"
-        found = Properties.UNREADABLE.found(known.identity, property=what, reason=error)
-        known.report.findings.append(found)
-        return None
-
-
-def _groups(
-    known: TimedChecked, ends: list[Trace], count: int, of_signals: Collection[int] = ()
-) -> Iterator[DeadlockGroup]:
-    """Yield the dead markings, of which the first ones have a way there, by their causes."""
-    final = _final(known)
-    found: dict[object, DeadlockGroup] = {}
-    for trace in ends[:MOST_LOOKED_AT]:
-        group = group_at(known.subject, trace, final, of_signals)
-        key = (group.causes, group.unfinished, group.is_final)
-        first = found.get(key)
-        found[key] = group if first is None else replace(first, markings=first.markings + 1)
-    yield from found.values()
-    if count > MOST_LOOKED_AT:
-        group = group_at(known.subject, ends[MOST_LOOKED_AT], final, of_signals)
-        yield replace(group, markings=count - MOST_LOOKED_AT, is_rest=True)
+    ) -> list[DeadlockGroup]:
+        """Return the dead markings, of which the first ones have a way there, by their causes."""
+        final, subject = self._final(known), known.subject
+        groups = [group_at(subject, trace, final, of_signals) for trace in ends[: MOST_LOOKED_AT + 1]]
+        if count > MOST_LOOKED_AT:
+            groups[-1] = replace(groups[-1], markings=count - MOST_LOOKED_AT, is_rest=True)
+        return merged(subject, groups)
 
 
 def _signal_places(subject: TimedSubject) -> set[int]:

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 from functools import partial
 
-from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.checks.blocking import Callbacks
 from dineros.analysis.checks.question import Checked, Question
 from dineros.analysis.checks.ways import can_fire, firing_witness, why_unseen
@@ -58,11 +56,8 @@ class LostTicks(Question):
             checked.report.findings.append(fault.found(page.id, witness=witness, callback=label(page)))
 
     def _leave_open(self, checked: Checked, page: sym.CallbackPage, reason: str) -> None:
-        is_fault = begins_in_every_state(page)
-        asks = Outcome.left_open(
-            f"whether the timer of {label(page)} loses ticks", reason, may_be_fault=is_fault
-        )
-        checked.report.unknown.append(replace(asks, elements=(page.id,), rule=self.LOSES.rule))
+        asks = f"whether the timer of {label(page)} loses ticks"
+        checked.leave_open(asks, reason, "", begins_in_every_state(page), (page.id,), self.LOSES.rule)
 
 
 def misses(subject: Subject) -> Iterator[tuple[sym.CallbackPage, str]]:

@@ -8,7 +8,6 @@ decided with times stays unknown, with its reason.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.checks.check import check
@@ -112,16 +111,6 @@ def ask_timed(
     for properties in (each for each in asked if isinstance(each, Properties)):
         properties.ask_bounds(checked)
     for question in asked:
-        if checked.is_closed and question.needs_space:
-            report.open_rules |= {fault.rule for fault in question.faults}
-            continue
-        before = len(report.unknown)
-        checked.budget.stage(question.asks)
-        with checked.guarded(partial(question.leave_open, checked)):
-            if checked.firings is None or not question.reads_firings:
-                checked.budget.check_time()
-            question.ask(checked)
-        if len(report.unknown) > before:
-            report.open_rules |= {fault.rule for fault in question.faults}
+        checked.ask(question)
     qualify(checked)
     return checked

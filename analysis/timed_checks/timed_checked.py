@@ -15,22 +15,16 @@ from dineros.metamodel.guards.using import guarded
 
 @dataclass
 class TimedChecked(Checked):
-    """A model under a check with times.
-
-    Attributes
-    ----------
-    explored : Explored
-        Its state classes; there once `TimedBoundedness` has been asked.
-    walked : Walked
-        What random runs met, if not all state classes were built.
-    waits : list of pairs of bool
-        By callback whether it can wait forever, and whether no run stays in it forever; empty if it was not
-        asked.
-    """
+    """A model under a check with times."""
 
     explored: Explored = field(init=False)
+    """Its state classes; there once `TimedBoundedness` has been asked."""
     walked: Walked = field(default_factory=Walked)
+    """What random runs met, if not all state classes were built."""
     waits: list[tuple[bool, bool]] = field(default_factory=list)
+    """By callback whether it can wait forever, and whether no run stays in it forever; empty if it was not
+    asked.
+    """
 
     @cached_property
     def ending_by_bounds(self) -> set[sym.CallbackPage]:

@@ -155,21 +155,14 @@ class TimedRun:
 
 @dataclass
 class Walked:
-    """What runs have met.
-
-    Attributes
-    ----------
-    runs : list of tuples of int
-        The runs, as firing sequences.
-    ways : dict of int to tuple of int
-        By transition that fired: the shortest of the runs that end with it.
-    ends : list of tuples of int
-        The runs after which nothing can fire any more.
-    """
+    """What runs have met."""
 
     runs: list[Trace] = field(default_factory=list)
+    """The runs, as firing sequences."""
     ways: dict[int, Trace] = field(default_factory=dict)
+    """By transition that fired: the shortest of the runs that end with it."""
     ends: list[Trace] = field(default_factory=list)
+    """The runs after which nothing can fire any more."""
 
     def add(self, run: Trace, is_end: bool) -> None:
         """Note a run, and whether nothing can fire after it."""

@@ -42,24 +42,16 @@ SPACE_SHARE = 0.6
 
 @dataclass(frozen=True)
 class WithoutTimes:
-    """What is proved.
-
-    Attributes
-    ----------
-    dead : frozenset of str
-        Names of transitions that never fire.
-    most : int or None
-        The most tokens that a place can hold with times; None if nothing proves a bound.
-    markings : int
-        How many there are, if the net is bounded without its times.
-    has_no_deadlock : bool
-        Whether each marking enables something that is not a change of a signal.
-    """
+    """What is proved."""
 
     dead: frozenset[str]
+    """Names of transitions that never fire."""
     most: int | None = None
+    """The most tokens that a place can hold with times; None if nothing proves a bound."""
     markings: int = 0
+    """How many there are, if the net is bounded without its times."""
     has_no_deadlock: bool = False
+    """Whether each marking enables something that is not a change of a signal."""
 
 
 def without_times(subject: TimedSubject, budget: Budget, orders: OrderCache | None = None) -> WithoutTimes:
