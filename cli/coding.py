@@ -28,34 +28,16 @@ CACHE = "DINEROS_SOURCE_CACHE"
 
 @dataclass(frozen=True)
 class ModelOfCode:
-    """The model of source code.
-
-    Attributes
-    ----------
-    findings : list of Finding
-        Faults that the code and its names show.
-    """
+    """The model of source code."""
 
     model: sym.SystemModel
     findings: list[Finding]
+    """Faults that the code and its names show."""
 
 
 @dataclass(frozen=True)
 class Code:
     """Folders of source code.
-
-    Attributes
-    ----------
-    facts : Path or None
-        Where the facts are written, as JSON.
-    launch : str or None
-        A launch file in one of the folders.
-    idioms : tuple of Path
-        Tables of library idioms.
-    arguments : tuple of str
-        ``ARG:=VALUE`` of the launch file.
-    no_cache : bool
-        Whether nothing is taken from the cache, and nothing kept.
 
     Raises
     ------
@@ -65,10 +47,15 @@ class Code:
 
     folders: tuple[Path, ...]
     facts: Path | None = None
+    """Where the facts are written, as JSON."""
     launch: str | None = None
+    """A launch file in one of the folders."""
     idioms: tuple[Path, ...] = ()
+    """Tables of library idioms."""
     arguments: tuple[str, ...] = ()
+    """``ARG:=VALUE`` of the launch file."""
     no_cache: bool = False
+    """Whether nothing is taken from the cache, and nothing kept."""
 
     def __post_init__(self) -> None:
         given = {"--facts": self.facts, "--launch": self.launch, "--idioms": self.idioms}

@@ -19,23 +19,17 @@ COMPLETION_VARIABLE = "_DINEROS_COMPLETE"
 
 @dataclass
 class Invocation:
-    """Global options of one run of the command line.
-
-    Attributes
-    ----------
-    verbosity : int
-        1 with `-v`, -1 with `-q`.
-    is_alone : bool
-        Whether the process exists only for this run only; else it is that of a program which calls the
-        command.
-    is_watched : bool
-        Whether another process shows how far this one is.
-    """
+    """Global options of one run of the command line."""
 
     debug: bool = False
     verbosity: int = 0
+    """1 with `-v`, -1 with `-q`."""
     is_alone: bool = False
+    """Whether the process exists only for this run only; else it is that of a program which calls the
+    command.
+    """
     is_watched: bool = False
+    """Whether another process shows how far this one is."""
 
 
 def invocation() -> Invocation:

@@ -25,20 +25,14 @@ class Weighting:
 
     No firing increases the weighted sum of tokens, so the sum never exceeds its initial value. A marking that
     fulfils all conditions has at least the sum of `factors` times their numbers, which is larger.
-
-    Attributes
-    ----------
-    rows : tuple of Row
-        The conditions: each weighted sum of tokens is at least its number.
-    weights : mapping
-        Place -> weight, at least the sum of `factors` times the factors of `rows`; others have weight 0.
-    factors : tuple of Fraction
-        One positive factor for each condition.
     """
 
     rows: tuple[Row, ...]
+    """The conditions: each weighted sum of tokens is at least its number."""
     weights: Mapping[int, Fraction]
+    """Place -> weight, at least the sum of `factors` times the factors of `rows`; others have weight 0."""
     factors: tuple[Fraction, ...]
+    """One positive factor for each condition."""
 
     @classmethod
     def of_bound(cls, place: int, bound: int, weights: Mapping[int, int]) -> Weighting:
@@ -49,19 +43,14 @@ class Weighting:
 
 @dataclass(frozen=True)
 class Excluded:
-    """A goal excluded by the state equation: each of its alternatives fulfils the conditions of one case.
-
-    Attributes
-    ----------
-    cases : tuple of Weighting
-        Each conjunction of a disjunctive normal form of the goal implies all rows of one of these, except the
-        rows of traps.
-    traps : tuple of tuple of int
-        Traps with an initial token, which no firing empties: a row for each requires a token in it.
-    """
+    """A goal excluded by the state equation: each of its alternatives fulfils the conditions of one case."""
 
     cases: tuple[Weighting, ...]
+    """Each conjunction of a disjunctive normal form of the goal implies all rows of one of these, except the
+    rows of traps.
+    """
     traps: tuple[tuple[int, ...], ...] = ()
+    """Traps with an initial token, which no firing empties: a row for each requires a token in it."""
 
     def __str__(self) -> str:
         count, traps = len(self.cases), len(self.traps)
@@ -79,27 +68,20 @@ class Inductive:
     markings. From k steps through markings within the bounds, sums and clauses that do not fulfil the goal,
     no marking is reached that fulfils the goal or violates a clause. A step fires transitions that are
     independent of each other.
-
-    Attributes
-    ----------
-    depth : int
-        The k of k-induction; 0: bounds and sums alone exclude the goal.
-    bounds : tuple of int
-        For each place, the most tokens in a reachable marking.
-    proofs : tuple of mapping
-        For each place: weights of places with a sum that no firing increases; the weight of the place times
-        one more than its bound exceeds the initial sum.
-    weightings : tuple of mapping
-        Place -> weight: sums that no firing changes.
-    clauses : tuple of tuple of Row
-        Clauses; one condition of each holds in every reachable marking.
     """
 
     depth: int
+    """The k of k-induction; 0: bounds and sums alone exclude the goal."""
     bounds: tuple[int, ...]
+    """For each place, the most tokens in a reachable marking."""
     proofs: tuple[Mapping[int, int], ...] = ()
+    """For each place: weights of places with a sum that no firing increases; the weight of the place times
+    one more than its bound exceeds the initial sum.
+    """
     weightings: tuple[Mapping[int, int], ...] = ()
+    """Place -> weight: sums that no firing changes."""
     clauses: tuple[tuple[Row, ...], ...] = ()
+    """Clauses; one condition of each holds in every reachable marking."""
 
     def __str__(self) -> str:
         if self.clauses:

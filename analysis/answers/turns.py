@@ -32,24 +32,17 @@ HEAD_START = 2.0
 
 @dataclass(frozen=True)
 class Member(Generic[Answer]):
-    """An engine that may answer.
-
-    Attributes
-    ----------
-    work : callable
-        The work. It gets a budget, must report progress by `Budget.report`, and returns an answer or None.
-    weight : float
-        Its share of the time, relative to the others.
-    head_start : float
-        Seconds of processor time for its first turn; easy questions are answered within it at no extra cost.
-    marking_bytes : int
-        Bytes that it needs at least for each marking that exists; 0 if it does not store all of them.
-    """
+    """An engine that may answer."""
 
     work: Callable[[Budget], Answer | None]
+    """The work. It gets a budget, must report progress by `Budget.report`, and returns an answer or None."""
     weight: float = 1.0
+    """Its share of the time, relative to the others."""
     head_start: float = 0.0
+    """Seconds of processor time for its first turn; easy questions are answered within it at no extra cost.
+    """
     marking_bytes: int = 0
+    """Bytes that it needs at least for each marking that exists; 0 if it does not store all of them."""
 
 
 def first_answer(

@@ -20,13 +20,6 @@ MOST_TERMS = 48
 class Curve:
     """How many events can happen in a window.
 
-    Attributes
-    ----------
-    terms : tuple of (int, int, int)
-        Count, period and spread of each term.
-    has_moments : bool
-        Whether each event follows a moment of its own, as terms say it; else the curve only bounds numbers.
-
     Examples
     --------
     >>> curve = Curve(((1, 10, 2),))
@@ -35,7 +28,9 @@ class Curve:
     """
 
     terms: tuple[tuple[int, int, int], ...] = ()
+    """Count, period and spread of each term."""
     has_moments: bool = True
+    """Whether each event follows a moment of its own, as terms say it; else the curve only bounds numbers."""
 
     @property
     def one_period(self) -> int | None:

@@ -42,18 +42,12 @@ Cause = sym.CallbackPage | sym.SubscriberPort | pn.Place
 
 @dataclass(frozen=True)
 class EngineHistory:
-    """What waits in a history that an engine reads.
-
-    Attributes
-    ----------
-    longest : int or None
-        Greatest number of messages that wait, if the history is deep enough; None if nothing bounds it.
-    reason : str
-        Why it is open; empty if the history never overflows.
-    """
+    """What waits in a history that an engine reads."""
 
     longest: int | None
+    """Greatest number of messages that wait, if the history is deep enough; None if nothing bounds it."""
     reason: str = ""
+    """Why it is open; empty if the history never overflows."""
 
 
 @dataclass(frozen=True)

@@ -60,24 +60,16 @@ MOST_INSTANCES = 5_000
 
 @dataclass(frozen=True)
 class Waited:
-    """Bounds of a task, in units of time.
-
-    Attributes
-    ----------
-    start : int
-        From its release to its beginning.
-    response : int
-        To its end.
-    longest : int
-        How many of its messages wait at once, however deep its history is.
-    delay : int
-        From the latest moment at which its release can come, by its curve, to its end.
-    """
+    """Bounds of a task, in units of time."""
 
     start: int
+    """From its release to its beginning."""
     response: int
+    """To its end."""
     longest: int
+    """How many of its messages wait at once, however deep its history is."""
     delay: int
+    """From the latest moment at which its release can come, by its curve, to its end."""
 
     def least(self, other: Waited) -> Waited:
         """Return the smaller one of each pair of bounds."""
@@ -86,19 +78,12 @@ class Waited:
 
 @dataclass(frozen=True)
 class Around:
-    """The facts known so far about all tasks.
-
-    Attributes
-    ----------
-    curves : mapping from Task to Curve or None
-        Releases; None if nothing bounds them.
-    responses : mapping from Task to int or None
-        Response times; None if nothing bounds them.
-    nodes : mapping from sym.NodeNet to list of Lane
-    """
+    """The facts known so far about all tasks."""
 
     curves: Mapping[Task, Curve | None]
+    """Releases; None if nothing bounds them."""
     responses: Mapping[Task, int | None]
+    """Response times; None if nothing bounds them."""
     nodes: Mapping[sym.NodeNet, list[Lane]]
 
     def curve(self, task: Task) -> Curve:

@@ -39,31 +39,20 @@ MOST_TIMES = 100_000
 
 @dataclass
 class Solved:
-    """Bounds of all tasks.
-
-    Attributes
-    ----------
-    waited : dict from Task to Waited
-        Of the tasks that have bounds.
-    reasons : dict from Task to str
-        Of the others, why they have none.
-    clusters : dict from Task to Cluster
-        Of those that rest on one another; all that follows from an event there is done within its bound.
-    curves : dict from Task to Curve or None
-        Their releases; None if nothing bounds them.
-    published : dict from Source to Curve or None
-        When messages are published; None if nothing bounds that.
-    engines : Engines
-        What rests on them in nodes of the execution `net`.
-    """
+    """Bounds of all tasks."""
 
     engines: Engines
-
+    """What rests on these bounds in nodes of the execution `net`."""
     waited: dict[Task, Waited] = field(default_factory=dict)
+    """Of the tasks that have bounds."""
     reasons: dict[Task, str] = field(default_factory=dict)
+    """Of the others, why they have none."""
     clusters: dict[Task, Cluster] = field(default_factory=dict)
+    """Of those that rest on one another; all that follows from an event there is done within its bound."""
     curves: dict[Task, Curve | None] = field(default_factory=dict)
+    """Their releases; None if nothing bounds them."""
     published: dict[Source, Curve | None] = field(default_factory=dict)
+    """When messages are published; None if nothing bounds that."""
 
 
 def solve(tasks: Tasks) -> Solved:

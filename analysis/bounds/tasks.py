@@ -18,65 +18,43 @@ from dineros.metamodel.elements import label, node_net_of
 
 @dataclass(eq=False, repr=False)
 class Lane:
-    """Tasks of which one at a time runs, or those of one reentrant callback.
-
-    Attributes
-    ----------
-    node : sym.NodeNet
-    tasks : list of Task
-    is_exclusive : bool
-        Whether one of them at a time runs.
-    reason : str
-        Why nothing bounds when they run; empty if their works and arrivals do.
-    keeps_order : bool
-        Whether the rules take the callbacks of the node in an order that is known.
-    most_at_once : int or None
-        Maximum number of threads that its runs use at the same time; None without a limit.
-    """
+    """Tasks of which one at a time runs, or those of one reentrant callback."""
 
     node: sym.NodeNet
     is_exclusive: bool = True
+    """Whether one of the tasks at a time runs."""
     tasks: list[Task] = field(default_factory=list)
     reason: str = ""
+    """Why nothing bounds when they run; empty if their works and arrivals do."""
     keeps_order: bool = False
+    """Whether the rules take the callbacks of the node in an order that is known."""
     most_at_once: int | None = None
+    """Maximum number of threads that its runs use at the same time; None without a limit."""
 
 
 @dataclass(frozen=True)
 class Source:
-    """Where messages of a task come from; times in units.
-
-    Attributes
-    ----------
-    task : Task
-        What publishes them, or asks for them.
-    writer : sym.PublisherPort, sym.ClientPort or sym.ActionClientPort
-    most : int
-        Messages of one run.
-    separation : int
-        Least time that runs of that callback take; 0 if they may overlap.
-    only_at_end : bool
-        Whether it publishes only when it ends.
-    latency : tuple of int
-        Least and greatest time on the way.
-    paces : tuple of (int, int) or None
-        For each step that publishes, how many messages it publishes at one moment at most, and the least time
-        between two such moments; None if a step has no such time.
-    goals : tuple of Source
-        Where goals come from whose ends call the task, if they do; a run of `most` goals calls it as often.
-    under_way : int
-        Runs of the task that can begin, or are under way, for goals that were sent before.
-    """
+    """Where messages of a task come from; times in units."""
 
     task: Task
+    """What publishes them, or asks for them."""
     writer: sym.PublisherPort | sym.ClientPort | sym.ActionClientPort
     most: int
+    """Messages of one run."""
     separation: int
+    """Least time that runs of that callback take; 0 if they may overlap."""
     only_at_end: bool
+    """Whether it publishes only when it ends."""
     latency: tuple[int, int]
+    """Least and greatest time on the way."""
     paces: tuple[tuple[int, int], ...] | None = None
+    """For each step that publishes, how many messages it publishes at one moment at most, and the least time
+    between two such moments; None if a step has no such time.
+    """
     goals: tuple[Source, ...] = ()
+    """Where goals come from whose ends call the task, if they do; a run of `most` goals calls it as often."""
     under_way: int = 0
+    """Runs of the task that can begin, or are under way, for goals that were sent before."""
 
 
 Engine = tuple[sym.PublisherPort, tuple[int, int]]
@@ -85,21 +63,13 @@ Engine = tuple[sym.PublisherPort, tuple[int, int]]
 
 @dataclass(eq=False, repr=False)
 class EngineReader:
-    """A history that the engine of a node of the execution `net` reads, and where its messages come from.
-
-    Attributes
-    ----------
-    reader : sym.SubscriberPort
-    sources : list of Source
-    engines : list of Engine
-    reason : str
-        Why nothing bounds when messages come.
-    """
+    """A history that the engine of a node of the execution `net` reads, and where its messages come from."""
 
     reader: sym.SubscriberPort
     sources: list[Source] = field(default_factory=list)
     engines: list[Engine] = field(default_factory=list)
     reason: str = ""
+    """Why nothing bounds when messages come."""
 
     @property
     def name(self) -> str:

@@ -21,22 +21,16 @@ MOST_PARTS = 24
 
 @dataclass(frozen=True)
 class Blocked:
-    """A callback that can wait forever.
-
-    Attributes
-    ----------
-    callback : Waiter
-        The callback.
-    circle : Circle or None
-        Those that wait for each other then, the callback among them or waiting for them; None if a token is
-        missing that no callback holds or makes.
-    trace : tuple of int
-        Transitions that lead there.
-    """
+    """A callback that can wait forever."""
 
     callback: Waiter
+    """The callback."""
     circle: Circle | None
+    """Those that wait for each other then, the callback among them or waiting for them; None if a token is
+    missing that no callback holds or makes.
+    """
     trace: tuple[int, ...]
+    """Transitions that lead there."""
 
 
 def blocked(space: SymbolicStateSpace, waiting: Waiting, budget: Budget = UNLIMITED) -> Iterator[Blocked]:

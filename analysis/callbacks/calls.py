@@ -26,37 +26,25 @@ _BESIDE = ("feedback", "goal", "result", "answer")
 
 @dataclass(frozen=True)
 class Call:
-    """A client, or a server instance's copy of it; places and transitions of its calls.
-
-    Attributes
-    ----------
-    waiter : Waiter
-        The answer, as one that waits.
-    index : int or None
-        Number of the server instance or slot whose page it is on.
-    request : pn.Place
-        Where the model puts what is asked.
-    answers : frozenset of pn.Place
-        Where the model takes the answers.
-    takes : tuple of int
-        Transitions that take an answer.
-    serves : dict of int to int
-        By server instance or slot, the transition that begins to serve it.
-    works : dict of int to int
-        By server instance or slot, the place that says that it works for the client.
-    under_way : tuple of int
-        Places of which one is marked until the answer has been taken.
-    """
+    """A client, or a server instance's copy of it; places and transitions of its calls."""
 
     waiter: Waiter
+    """The answer, as one that waits."""
     client: Client
     index: int | None
+    """Number of the server instance or slot whose page it is on."""
     request: pn.Place
+    """Where the model puts what is asked."""
     answers: frozenset[pn.Place]
+    """Where the model takes the answers."""
     takes: tuple[int, ...]
+    """Transitions that take an answer."""
     serves: dict[int, int]
+    """By server instance or slot, the transition that begins to serve it."""
     works: dict[int, int]
+    """By server instance or slot, the place that says that it works for the client."""
     under_way: tuple[int, ...]
+    """Places of which one is marked until the answer has been taken."""
 
     @property
     def server(self) -> pn.Page | None:

@@ -20,62 +20,43 @@ MOST_NAMED = 4
 
 @dataclass(frozen=True)
 class Waiter:
-    """One that waits, or that is waited for.
-
-    Attributes
-    ----------
-    kind : {"callback", "response", "result", "group", "thread", "place"}
-        What it is: a callback, the response of a service, the result of a goal, a callback group, a thread of
-        an executor, or a place of the model whose token is missing.
-    text : str
-        The same in the words of the model.
-    element : str
-        Id of the callback page, service, action, callback group, node net or place.
-    model : EObject
-        The callback page, client, callback group or place; of a thread and a default group the node net.
-    short : str
-        The name alone, where the kind and the node are known already.
-    """
+    """One that waits, or that is waited for."""
 
     kind: Kind
+    """What it is: a callback, the response of a service, the result of a goal, a callback group, a thread of
+    an executor, or a place of the model whose token is missing.
+    """
     text: str
+    """The same in the words of the model."""
     element: str
+    """Id of the callback page, service, action, callback group, node net or place."""
     model: EObject = field(compare=False, repr=False)
+    """The callback page, client, callback group or place; of a thread and a default group the node net."""
     short: str = field(default="", compare=False, repr=False)
+    """The name alone, where the kind and the node are known already."""
 
 
 @dataclass(frozen=True)
 class Reason:
-    """Why one of them waits.
-
-    Attributes
-    ----------
-    needs : tuple of Waiter
-        What it waits for, which waits in turn. A thread and a group wait for the callbacks that hold them.
-    is_choice : bool
-        Whether one of these would be enough.
-    is_held : bool
-        Of a place: whether those callbacks hold its token; otherwise they would give one.
-    """
+    """Why one of them waits."""
 
     waiter: Waiter
     needs: tuple[Waiter, ...]
+    """What it waits for, which waits in turn. A thread and a group wait for the callbacks that hold them."""
     is_choice: bool = False
+    """Whether one of these would be enough."""
     is_held: bool = True
+    """Of a place: whether those callbacks hold its token; otherwise they would give one."""
 
 
 @dataclass(frozen=True)
 class Circle:
-    """Some that wait for each other: each for the next, the last for the first, which is a callback.
-
-    Attributes
-    ----------
-    reasons : tuple of Reason
-        Why each of them waits; then why those wait that they need besides, or that could serve them instead.
-    """
+    """Some that wait for each other: each for the next, the last for the first, which is a callback."""
 
     waiters: tuple[Waiter, ...]
     reasons: tuple[Reason, ...] = field(compare=False)
+    """Why each of them waits; then why those wait that they need besides, or that could serve them instead.
+    """
 
     def __str__(self) -> str:
         words = _Words(self)

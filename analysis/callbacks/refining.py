@@ -46,24 +46,16 @@ Running = tuple[int, ...]
 
 @dataclass(frozen=True)
 class Ending:
-    """Whether a callback that has begun can always end.
-
-    Attributes
-    ----------
-    status : {"ends", "waits", "unknown"}
-        It can; it can wait forever; that is not known.
-    trace : tuple of int
-        Transitions of the net that lead to where it never ends.
-    is_limited : bool
-        Whether it is not known because a limit of time or work was exceeded.
-    reason : str
-        Why it is not known; empty if it is.
-    """
+    """Whether a callback that has begun can always end."""
 
     status: Literal["ends", "waits", "unknown"]
+    """It can; it can wait forever; that is not known."""
     trace: tuple[int, ...] = ()
+    """Transitions of the net that lead to where it never ends."""
     is_limited: bool = False
+    """Whether it is not known because a limit of time or work was exceeded."""
     reason: str = ""
+    """Why it is not known; empty if it is."""
 
 
 def why_unknown(endings: Iterable[Ending]) -> str:

@@ -33,25 +33,18 @@ OWN_SECONDS = 5.0
 
 @dataclass(frozen=True)
 class Search:
-    """What is found.
-
-    Attributes
-    ----------
-    blocked : tuple of Blocked
-        Callbacks that can wait forever: each circle once, and each other callback once, unless it waits for a
-        circle.
-    is_complete : bool
-        Whether all others that were asked for are proved to end always.
-    reason : str
-        Why not; empty if they are.
-    is_settled : bool
-        Whether all others end always, but for those that wait for a circle that was found.
-    """
+    """What is found."""
 
     blocked: tuple[Blocked, ...]
+    """Callbacks that can wait forever: each circle once, and each other callback once, unless it waits for a
+    circle.
+    """
     is_complete: bool
+    """Whether all others that were asked for are proved to end always."""
     reason: str = ""
+    """Why not; empty if they are."""
     is_settled: bool = True
+    """Whether all others end always, but for those that wait for a circle that was found."""
 
 
 def searched(

@@ -61,15 +61,10 @@ def conform(
 
 @dataclass
 class _Survey:
-    """Facts about a trace, collected before the replay.
-
-    Attributes
-    ----------
-    lost : set of int
-        Positions of the messages that the publisher's queue dropped.
-    """
+    """Facts about a trace, collected before the replay."""
 
     lost: set[int] = field(default_factory=set)
+    """Positions of the messages that the publisher's queue dropped."""
     drops: bool = False
 
 

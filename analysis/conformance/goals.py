@@ -25,13 +25,7 @@ _Key = tuple[GoalChange, str, str | None, int | None, str | None]
 
 @dataclass(eq=False)
 class _SentGoal:
-    """A goal that was sent.
-
-    Attributes
-    ----------
-    is_told : bool
-        Whether its client knows the outcome or the refusal.
-    """
+    """A goal that was sent."""
 
     id: str
     channel: str
@@ -39,6 +33,7 @@ class _SentGoal:
     slot: int | None = None
     outcome: str | None = None
     is_told: bool = False
+    """Whether its client knows the outcome or the refusal."""
 
 
 class GoalFlow:

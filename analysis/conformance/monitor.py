@@ -31,6 +31,11 @@ class Monitor:
     that is reported after later messages were taken. Under the rules of ROS 2, a publisher with full
     histories waits here until its subscribers' records show which messages they took.
 
+    Parameters
+    ----------
+    model : sym.SystemModel
+        The model that is run.
+
     Examples
     --------
     >>> from dineros.metamodel.records import Header

@@ -19,19 +19,14 @@ _COMES_FROM: dict[type[Record], type[Record]] = {
 
 @dataclass(frozen=True)
 class Past:
-    """A causal past.
-
-    Attributes
-    ----------
-    records : dict of str to int
-        Number of records of each node.
-    is_certain : bool
-        Whether it contains all necessary steps. It does not if a message has no id, or was lost at a
-        receiver: then other messages must have been sent before, but it is unknown which.
-    """
+    """A causal past."""
 
     records: dict[str, int]
+    """Number of records of each node."""
     is_certain: bool
+    """Whether it contains all necessary steps. It does not if a message has no id, or was lost at a receiver:
+    then other messages must have been sent before, but it is unknown which.
+    """
 
 
 @dataclass(frozen=True)

@@ -22,32 +22,23 @@ class Fault:
 
 @dataclass(frozen=True)
 class Waiting:
-    """A step that other nodes' steps may still allow: one with a message, or a drop at a receiver.
-
-    Attributes
-    ----------
-    reason : str
-        What is missing.
-    outside : str
-        The meaning if no node of the model ever does that step.
-    unclear : bool
-        Whether messages without ids are the reason: then it may be allowed in another order of other steps.
-    unclear_if_stuck : bool
-        Whether this is so if the nodes for which it waits also wait.
-    is_forcible : bool
-        Whether it is allowed if nothing else can be replayed; then it loses a message.
-    in_hindsight : bool
-        Whether complete traces may allow it although records replayed as they arrive do not: a loss from a
-        history of several publishers, reported after later messages were taken.
-    """
+    """A step that other nodes' steps may still allow: one with a message, or a drop at a receiver."""
 
     reason: str
+    """What is missing."""
     senders: tuple[str, ...]
     outside: str = ""
+    """The meaning if no node of the model ever does that step."""
     unclear: bool = False
+    """Whether messages without ids are the reason: then it may be allowed in another order of other steps."""
     unclear_if_stuck: bool = False
+    """Whether this is so if the nodes for which it waits also wait."""
     is_forcible: bool = False
+    """Whether it is allowed if nothing else can be replayed; then it loses a message."""
     in_hindsight: bool = False
+    """Whether complete traces may allow it although records replayed as they arrive do not: a loss from a
+    history of several publishers, reported after later messages were taken.
+    """
 
 
 Refusal = Fault | Waiting

@@ -16,8 +16,12 @@ class Deviation:
 
     Attributes
     ----------
+    record : Record
+        The step.
     step : str
         Description of the step.
+    reason : str
+        The reason.
     """
 
     record: Record

@@ -112,32 +112,24 @@ def _seconds(bound: Bound | None) -> float | None:
 
 @dataclass(frozen=True)
 class Everything:
-    """All response times, histories and timers of a model.
-
-    Attributes
-    ----------
-    callbacks : dict of str to Latency
-        Response times by the id of a callback.
-    readers : dict of str to (int, bool or None)
-        By history of a reader, server, client or action (`histories_of`): the greatest number of messages in
-        it, and whether it can overflow; None if that is not known.
-    timers : dict of str to bool or None
-        By the id of a timer's callback, whether it can lose ticks; None if that is not known.
-    starved : dict of str to bool or None
-        By the id of a callback, whether it can be ready forever without beginning, because other callbacks
-        are taken first; None if that is not known.
-    is_exact : bool
-        Whether `readers` and `timers` are; else they are safe bounds.
-    reasons : dict of str to str
-        By the name of a reader or the id of a timer, why it is not known whether it loses anything.
-    """
+    """All response times, histories and timers of a model."""
 
     callbacks: dict[str, Latency] = field(default_factory=dict)
+    """Response times by the id of a callback."""
     readers: dict[str, tuple[int, bool | None]] = field(default_factory=dict)
+    """By history of a reader, server, client or action (`histories_of`): the greatest number of messages in
+    it, and whether it can overflow; None if that is not known.
+    """
     timers: dict[str, bool | None] = field(default_factory=dict)
+    """By the id of a timer's callback, whether it can lose ticks; None if that is not known."""
     starved: dict[str, bool | None] = field(default_factory=dict)
+    """By the id of a callback, whether it can be ready forever without beginning, because other callbacks are
+    taken first; None if that is not known.
+    """
     is_exact: bool = True
+    """Whether `readers` and `timers` are; else they are safe bounds."""
     reasons: dict[str, str] = field(default_factory=dict)
+    """By the name of a reader or the id of a timer, why it is not known whether it loses anything."""
 
     def to_dict(self) -> dict[str, object]:
         """Return it for JSON. What is null has a `reason` beside it."""

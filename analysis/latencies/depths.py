@@ -23,21 +23,14 @@ LARGEST = 64
 
 @dataclass(frozen=True)
 class Depth:
-    """What depth a reader needs.
-
-    Attributes
-    ----------
-    depth : int
-        What it has.
-    least : int or None
-        The least one with which its history displaces no message; None if it is not known.
-    reason : str
-        Why it is not known; else empty.
-    """
+    """What depth a reader needs."""
 
     depth: int
+    """What it has."""
     least: int | None
+    """The least one with which its history displaces no message; None if it is not known."""
     reason: str = ""
+    """Why it is not known; else empty."""
 
     def to_dict(self) -> dict[str, object]:
         """Return it for JSON."""

@@ -36,18 +36,12 @@ _WITHOUT_QUEUE: _Holding = {
 
 @dataclass(frozen=True)
 class History:
-    """A history.
-
-    Attributes
-    ----------
-    places : tuple of str
-        Places of the net whose tokens wait in it.
-    drops : frozenset of str
-        Transitions by which it loses something, also a request whose client has given up.
-    """
+    """A history."""
 
     places: tuple[str, ...]
+    """Places of the net whose tokens wait in it."""
     drops: frozenset[str] = frozenset()
+    """Transitions by which it loses something, also a request whose client has given up."""
 
     def longest(self, explored: Explored) -> int:
         """Return the greatest number that waits in it, in the markings that were found."""

@@ -22,21 +22,14 @@ NEARLY = Fraction(1, 100)
 
 @dataclass(frozen=True)
 class Instance:
-    """A run with an instance that is followed to its end.
-
-    Attributes
-    ----------
-    trace : tuple of int
-        Transitions of the net without the observer; the last one ends the instance.
-    times : tuple of FiredAt
-        When each of them fires.
-    began : float
-        When the instance begins, in seconds from the start.
-    """
+    """A run with an instance that is followed to its end."""
 
     trace: tuple[int, ...]
+    """Transitions of the net without the observer; the last one ends the instance."""
     times: tuple[FiredAt, ...]
+    """When each of them fires."""
     began: float
+    """When the instance begins, in seconds from the start."""
 
 
 def longest_instance(observer: Observer, base: TimedNet, longest: Bound, budget: Budget) -> Instance | None:

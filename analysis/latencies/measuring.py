@@ -22,18 +22,12 @@ MOST_ROUNDS = 3
 
 @dataclass(frozen=True)
 class Bound:
-    """A bound of times.
-
-    Attributes
-    ----------
-    value : Fraction
-        Exact, in seconds.
-    is_reached : bool
-        Whether an instance takes exactly so long.
-    """
+    """A bound of times."""
 
     value: Fraction
+    """Exact, in seconds."""
     is_reached: bool = True
+    """Whether an instance takes exactly so long."""
 
 
 @dataclass(frozen=True)

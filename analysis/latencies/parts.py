@@ -68,33 +68,22 @@ class Run:
 
 @dataclass
 class Pipe:
-    """The elements between a publisher and the history of a reader.
-
-    Attributes
-    ----------
-    written : str
-        Place where messages enter it.
-    inside : list of str
-        Places of messages in it.
-    exits : list of str
-        Transitions by which messages arrive.
-    drop : str
-        Transition by which the writer loses one.
-    is_on_the_way : bool
-        Whether clocks say how long messages are on their way.
-    load : str
-        Place of the messages that have not left the writer.
-    loses : str
-        Transition by which a best-effort message is lost; empty if none is.
-    """
+    """The elements between a publisher and the history of a reader."""
 
     written: str
+    """Place where messages enter it."""
     inside: list[str]
+    """Places of messages in it."""
     exits: list[str]
+    """Transitions by which messages arrive."""
     drop: str
+    """Transition by which the writer loses one."""
     is_on_the_way: bool = False
+    """Whether clocks say how long messages are on their way."""
     load: str = ""
+    """Place of the messages that have not left the writer."""
     loses: str = ""
+    """Transition by which a best-effort message is lost; empty if none is."""
 
 
 class Parts:

@@ -38,24 +38,17 @@ Fillers: TypeAlias = dict[pn.Node | None, list[sym.CallbackPage]]
 
 @dataclass(frozen=True)
 class Path:
-    """Where an instance begins, through which callbacks its data goes, and where it ends.
-
-    Attributes
-    ----------
-    callbacks : tuple of sym.CallbackPage
-    hops : tuple of Hop or Stored
-        Between them; one more in front where the instance begins with a publication, and one less for each
-        that is left out.
-    reader : sym.SubscriberPort or None
-        In whose history the instance begins, if its first callback is a subscription's.
-    last : sym.PublisherPort or None
-        The publication that ends it; otherwise it ends with its last callback.
-    """
+    """Where an instance begins, through which callbacks its data goes, and where it ends."""
 
     callbacks: tuple[sym.CallbackPage, ...]
     hops: tuple[Way, ...] = ()
+    """Between them; one more in front where the instance begins with a publication, and one less for each
+    that is left out.
+    """
     reader: sym.SubscriberPort | None = None
+    """In whose history the instance begins, if its first callback is a subscription's."""
     last: sym.PublisherPort | None = None
+    """The publication that ends it; otherwise it ends with its last callback."""
 
     @property
     def begins_with_message(self) -> bool:

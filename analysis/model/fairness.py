@@ -92,18 +92,12 @@ class _Groups:
 
 @dataclass(frozen=True)
 class Unfairness:
-    """To what a run that repeats is unfair: indices of transitions that it does not fire as it repeats.
-
-    Attributes
-    ----------
-    weakly : tuple of int
-        Enabled all the time.
-    strongly : tuple of int
-        Enabled again and again, but not all the time.
-    """
+    """To what a run that repeats is unfair: indices of transitions that it does not fire as it repeats."""
 
     weakly: tuple[int, ...]
+    """Enabled all the time."""
     strongly: tuple[int, ...]
+    """Enabled again and again, but not all the time."""
 
     def to_dict(self, names: Sequence[str]) -> dict[str, list[str]]:
         """Return it as JSON, by the names of the net's transitions."""

@@ -27,27 +27,20 @@ _OF_REQUESTS: dict[str, Kind] = {"miss": "unserved", "left": "unanswered", "unan
 
 @dataclass(frozen=True)
 class Loss:
-    """A way in which messages or requests can be lost.
-
-    Attributes
-    ----------
-    kind : {"inactive", "missed", "left", "unserved", "unanswered", "given up", "expired"}
-        The publisher's node is not active; the subscriber's is not configured; one of them was cleaned up or
-        shut down while the message was on its way; the server's is not configured; it was cleaned up or shut
-        down before it answered. ``given up``: one of the last two, and the client has a time-out.
-        ``expired``: the message is older than its lifespan.
-    elements : tuple of str
-        Ids of the channel, and of the places of the ports; of a request that of the client's requests.
-    text : str
-        What happens, in the words of the model.
-    transitions : tuple of str
-        Ids of the transitions of the net that do it; several of a publisher on a server page.
-    """
+    """A way in which messages or requests can be lost."""
 
     kind: Kind
+    """The publisher's node is not active; the subscriber's is not configured; one of them was cleaned up or
+    shut down while the message was on its way; the server's is not configured; it was cleaned up or shut down
+    before it answered. ``given up``: one of the last two, and the client has a time-out. ``expired``: the
+    message is older than its lifespan.
+    """
     elements: tuple[str, ...]
+    """Ids of the channel, and of the places of the ports; of a request that of the client's requests."""
     text: str
+    """What happens, in the words of the model."""
     transitions: tuple[str, ...]
+    """Ids of the transitions of the net that do it; several of a publisher on a server page."""
 
 
 def losses_of(links: Iterable[Link]) -> list[Loss]:

@@ -17,18 +17,12 @@ from dineros.metamodel.elements import node_net_of, transitions
 
 @dataclass(frozen=True)
 class Unsatisfiable:
-    """A clause that no values of its signals make true.
-
-    Attributes
-    ----------
-    transition : sym.Transition
-        The transition it guards, which can therefore never fire.
-    core : tuple of sym.Disjunction
-        A minimal set of its disjunctions that exclude each other.
-    """
+    """A clause that no values of its signals make true."""
 
     transition: sym.Transition
+    """The transition it guards, which can therefore never fire."""
     core: tuple[sym.Disjunction, ...]
+    """A minimal set of its disjunctions that exclude each other."""
 
     def __str__(self) -> str:
         node = node_net_of(self.transition)

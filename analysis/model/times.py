@@ -43,22 +43,15 @@ _ALL_MARKINGS = "no interval has a latest time, so the markings are those with t
 
 @dataclass(frozen=True)
 class LeftOutTimes:
-    """Times of a net that its analysis does not know: firing intervals, or those of nodes and channels.
-
-    Attributes
-    ----------
-    count : int
-        How many transitions have an interval that says something; of other times: how many are declared.
-    changes_runs : bool
-        Whether some interval has a latest time; if none has, all answers hold with times.
-    is_of_transitions : bool
-        Whether they are firing intervals.
-    """
+    """Times of a net that its analysis does not know: firing intervals, or those of nodes and channels."""
 
     count: int
+    """How many transitions have an interval that says something; of other times: how many are declared."""
     example: str
     changes_runs: bool
+    """Whether some interval has a latest time; if none has, all answers hold with times."""
     is_of_transitions: bool = True
+    """Whether they are firing intervals."""
 
     def survives(self, is_universal: bool) -> bool:
         """Return whether an answer holds with times; `is_universal` if it is about all runs without them."""
@@ -85,19 +78,13 @@ class LeftOutTimes:
 
 @dataclass(frozen=True)
 class UsedTimes:
-    """Firing intervals that an answer takes into account.
-
-    Attributes
-    ----------
-    count : int
-        How many transitions of the net have an interval that says something; 0 if only priorities count.
-    unit : str
-        The length of time of which every bound is a multiple.
-    """
+    """Firing intervals that an answer takes into account."""
 
     count: int
+    """How many transitions of the net have an interval that says something; 0 if only priorities count."""
     example: str
     unit: str
+    """The length of time of which every bound is a multiple."""
 
     def __str__(self) -> str:
         if not self.count:

@@ -32,17 +32,12 @@ DECIDED_SECONDS = 10.0
 
 @dataclass(frozen=True)
 class AskedLatency:
-    """A property that bounds a latency, as a question about a model.
-
-    Attributes
-    ----------
-    subject : Subject
-        The net, with its times if it is asked with times.
-    """
+    """A property that bounds a latency, as a question about a model."""
 
     property: sym.Property
     bound: LatencyBound
     subject: Subject
+    """The net, with its times if it is asked with times."""
 
     def answer(self, budget: Budget, _: OrderCache | None = None) -> Outcome:
         """Decide it, with the run of a longest instance if the bound does not hold.

@@ -68,17 +68,12 @@ _HINT = (
 
 @dataclass(frozen=True)
 class Reading:
-    """A property as a formula.
-
-    Attributes
-    ----------
-    is_negated : bool
-        Whether the property holds where the formula does not: a run that violates it shows the property.
-    """
+    """A property as a formula."""
 
     logic: Literal["ltl", "ctl"]
     formula: Formula
     is_negated: bool = False
+    """Whether the property holds where the formula does not: a run that violates it shows the property."""
 
     def as_formula(self) -> tuple[Literal["ltl", "ctl"], Formula]:
         """Return a formula that holds where the property does, and its logic."""
@@ -247,15 +242,10 @@ def _sides(part: _PatternText, match: re.Match[str]) -> tuple[Formula, Formula]:
 
 @dataclass(frozen=True)
 class _Scope:
-    """From now on, until an end that comes, or forever.
-
-    Attributes
-    ----------
-    end : Formula or None
-        The marking before which it ends, or the step that is its last.
-    """
+    """From now on, until an end that comes, or forever."""
 
     end: Formula | None
+    """The marking before which it ends, or the step that is its last."""
 
     @property
     def ends_with_step(self) -> bool:

@@ -54,39 +54,26 @@ WAITS = frozenset({Callbacks.CIRCLE.rule, Callbacks.ENDLESS.rule, Goals.UNHEARD.
 
 @dataclass
 class Suggestion:
-    """What to change.
-
-    Attributes
-    ----------
-    faults : list of Finding
-        What is to be fixed: callbacks that can wait forever, requests to cancel that are never heard.
-    changes : list of (str, tuple of str)
-        Each change in words, and as settings of the model.
-    others : list of list of (str, tuple of str)
-        As many other changes that fix all of it, too: callbacks that await.
-    breaks : list of str
-        Messages about properties of the model that do not hold any more with the changes.
-    is_found : bool
-        Whether the changes fix all of it; without faults there are none.
-    is_proved : bool
-        Whether it is proved that no smaller change does; where nothing is found, that none does.
-    tried : int
-        How many models were checked.
-    proved : list of str
-        What is proved of the model with the changes.
-    reason : str
-        Why nothing is found, or why it is not proved that there is nothing smaller.
-    """
+    """What to change."""
 
     faults: list[Finding] = field(default_factory=list)
+    """What is to be fixed: callbacks that can wait forever, requests to cancel that are never heard."""
     changes: list[tuple[str, tuple[str, ...]]] = field(default_factory=list)
+    """Each change in words, and as settings of the model."""
     others: list[list[tuple[str, tuple[str, ...]]]] = field(default_factory=list)
+    """As many other changes that fix all of it, too: callbacks that await."""
     breaks: list[str] = field(default_factory=list)
+    """Messages about properties of the model that do not hold any more with the changes."""
     is_found: bool = False
+    """Whether the changes fix all of it; without faults there are none."""
     is_proved: bool = False
+    """Whether it is proved that no smaller change does; where nothing is found, that none does."""
     tried: int = 0
+    """How many models were checked."""
     proved: list[str] = field(default_factory=list)
+    """What is proved of the model with the changes."""
     reason: str = "not yet searched"
+    """Why nothing is found, or why it is not proved that there is nothing smaller."""
 
 
 def suggest_callback_groups(

@@ -51,32 +51,23 @@ GROWS = "its load grows without bound"
 
 @dataclass(frozen=True)
 class Capacity:
-    """What capacity a queue needs.
-
-    Attributes
-    ----------
-    limit : int
-        Its capacity in the model.
-    needed : int or None
-        The smallest capacity at which no message is lost; None if there is none, or none was found.
-    reason : str
-        Why there is none.
-    grows : bool
-        Whether it is proved that there is none.
-    fix : str
-        What would bound the load, where it grows.
-    witness : Witness or None
-        How a message is lost with a capacity of one less; without any capacity that suffices, how the load
-        grows without bound, where a loop is near.
-    """
+    """What capacity a queue needs."""
 
     queue: Queue
     limit: int
+    """Its capacity in the model."""
     needed: int | None
+    """The smallest capacity at which no message is lost; None if there is none, or none was found."""
     reason: str = ""
+    """Why there is none."""
     witness: Witness | None = None
+    """How a message is lost with a capacity of one less; without any capacity that suffices, how the load
+    grows without bound, where a loop is near.
+    """
     grows: bool = False
+    """Whether it is proved that there is none."""
     fix: str = ""
+    """What would bound the load, where it grows."""
 
 
 def suggest_capacities(

@@ -33,27 +33,18 @@ Owner = tuple[str, str]
 
 @dataclass(frozen=True)
 class Changes:
-    """What is changed in a model.
-
-    Attributes
-    ----------
-    own : frozenset of (str, str)
-        Callback pages and clients that get a group of their own.
-    reentrant : frozenset of (str, str)
-        Those whose own group is reentrant; and callback groups, by their id, that become so.
-    threads : tuple of (str, int)
-        Number of further threads of node nets, by their id; negative for fewer.
-    awaiting : frozenset of str
-        Callback pages, by their id, that become `async def` and await.
-    shared : frozenset of frozenset of (str, str)
-        Callbacks that share one new exclusive group.
-    """
+    """What is changed in a model."""
 
     own: frozenset[Owner] = frozenset()
+    """Callback pages and clients that get a group of their own."""
     reentrant: frozenset[Owner] = frozenset()
+    """Those whose own group is reentrant; and callback groups, by their id, that become so."""
     threads: tuple[tuple[str, int], ...] = ()
+    """Number of further threads of node nets, by their id; negative for fewer."""
     awaiting: frozenset[str] = frozenset()
+    """Callback pages, by their id, that become `async def` and await."""
     shared: frozenset[frozenset[Owner]] = frozenset()
+    """Callbacks that share one new exclusive group."""
 
     @property
     def cost(self) -> tuple[int, int, int, int, int]:

@@ -31,36 +31,24 @@ Thing = tuple[str, str]
 
 @dataclass
 class StartOrder:
-    """In which order to bring nodes up.
-
-    Attributes
-    ----------
-    faults : list of Finding
-        What can be lost in the order that the model has.
-    order : list of (str, str)
-        What to do, one after the other: ``configure`` or ``activate``, and which node net.
-    settings : tuple of str
-        The same, as settings of the model.
-    is_found : bool
-        Whether nothing is lost in this order.
-    is_proved : bool
-        Whether it is proved that in every order something can be lost, where none is found.
-    tried : int
-        How many orders were checked.
-    proved : list of str
-        What is proved of the model with this order.
-    reason : str
-        Why no order is found.
-    """
+    """In which order to bring nodes up."""
 
     faults: list[Finding] = field(default_factory=list)
+    """What can be lost in the order that the model has."""
     order: list[Thing] = field(default_factory=list)
+    """What to do, one after the other: ``configure`` or ``activate``, and which node net."""
     settings: tuple[str, ...] = ()
+    """The same, as settings of the model."""
     is_found: bool = False
+    """Whether nothing is lost in this order."""
     is_proved: bool = False
+    """Whether it is proved that in every order something can be lost, where none is found."""
     tried: int = 0
+    """How many orders were checked."""
     proved: list[str] = field(default_factory=list)
+    """What is proved of the model with this order."""
     reason: str = "not yet searched"
+    """Why no order is found."""
 
 
 def suggest_start_order(

@@ -48,31 +48,22 @@ TOGETHER = (
 
 @dataclass(frozen=True)
 class Part:
-    """The data that a worker needs for its part.
-
-    Attributes
-    ----------
-    model : str
-        The model, as XMI.
-    task : {"question", "check", "properties"}
-    asked : dict
-        For a question: kind, text, signals, overflow, and optionally weak, strong and order; and start, 0 for
-        all engines, else the start of the search for an order. For a check: questions, at_any_cost, and
-        whether to confirm counts. For properties: these, signals, overflow, and seconds for each.
-    memory : int or None
-        Memory for engines, in bytes.
-    timeout : float or None
-        Seconds after which it is given up.
-    work : str
-        Id of the whole; its parts are ended together.
-    """
+    """The data that a worker needs for its part."""
 
     model: str
+    """The model, as XMI."""
     task: str
     asked: dict[str, Any] = field(default_factory=dict)
+    """For a question: kind, text, signals, overflow, and optionally weak, strong and order; and start, 0 for
+    all engines, else the start of the search for an order. For a check: questions, at_any_cost, and whether
+    to confirm counts. For properties: these, signals, overflow, and seconds for each.
+    """
     memory: int | None = None
+    """Memory for engines, in bytes."""
     timeout: float | None = None
+    """Seconds after which it is given up."""
     work: str = ""
+    """Id of the whole; its parts are ended together."""
     engine: str = "auto"
 
     @property

@@ -42,27 +42,18 @@ class PointDiedError(Exception):
 
 @dataclass(frozen=True)
 class Job:
-    """The data that a worker needs to count a point.
-
-    Attributes
-    ----------
-    model : str
-        The model, as XMI.
-    point : Point
-        Settings and options of the flattening.
-    engine : str
-        The engine; see `dineros.analysis.questions.state_space`.
-    memory : int or None
-        Memory for the engine, in bytes; None: the engine's default.
-    timeout : float or None
-        Seconds after which it is given up.
-    """
+    """The data that a worker needs to count a point."""
 
     model: str
+    """The model, as XMI."""
     point: Point
+    """Settings and options of the flattening."""
     engine: str = "auto"
+    """The engine; see `dineros.analysis.questions.state_space`."""
     memory: int | None = None
+    """Memory for the engine, in bytes; None: the engine's default."""
     timeout: float | None = None
+    """Seconds after which it is given up."""
 
 
 @dataclass(frozen=True)

@@ -60,30 +60,20 @@ def histogram(values: Sequence[float]) -> dict[str, Any]:
 
 @dataclass
 class Simulated:
-    """What a simulation measured.
-
-    Attributes
-    ----------
-    seconds : float
-        How long it went on, in simulated time.
-    firings : int
-        Of the net with times.
-    times : dict
-        By first and last callback.
-    lost : Counter
-        Messages that were lost, by place of their reader.
-    run : Witness or None
-        The beginning of the run, with the time of each firing.
-    missing : list of str
-        What has no greatest time, so that it was drawn from a distribution that the model does not give.
-    """
+    """What a simulation measured."""
 
     seconds: float
+    """How long it went on, in simulated time."""
     firings: int = 0
+    """Of the net with times."""
     times: dict[tuple[str, str], SimulatedTimes] = field(default_factory=dict)
+    """By first and last callback."""
     lost: Counter[str] = field(default_factory=Counter)
+    """Messages that were lost, by place of their reader."""
     missing: list[str] = field(default_factory=list)
+    """What has no greatest time, so that it was drawn from a distribution that the model does not give."""
     run: Witness | None = None
+    """The beginning of the run, with the time of each firing."""
 
     @property
     def responses(self) -> list[SimulatedTimes]:

@@ -51,22 +51,16 @@ _OPPOSITE = {">=": "<", "<": ">=", "<=": ">", ">": "<=", "==": "!=", "!=": "=="}
 
 @dataclass(frozen=True)
 class Cause:
-    """Where an outcome may have begun. Firings are numbered from 1; 0 is before the first.
-
-    Attributes
-    ----------
-    first : int
-        The first cause; 0 where all was so from the start.
-    steps : tuple of int
-        The firings in the causal past of the outcome, ascending. They can be fired without the others, and
-        the literals are as they were.
-    decided : dict of str to (int, int)
-        The literals, as conditions: the firing since which each is true, and that up to which.
-    """
+    """Where an outcome may have begun. Firings are numbered from 1; 0 is before the first."""
 
     first: int
+    """The first cause; 0 where all was so from the start."""
     steps: tuple[int, ...]
+    """The firings in the causal past of the outcome, ascending. They can be fired without the others, and the
+    literals are as they were.
+    """
     decided: dict[str, tuple[int, int]]
+    """The literals, as conditions: the firing since which each is true, and that up to which."""
 
 
 @dataclass

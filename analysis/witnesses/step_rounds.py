@@ -26,24 +26,16 @@ Times = Sequence[FiringTime | None]
 
 @dataclass(frozen=True)
 class StepRound:
-    """Steps that come several times in a row, or one step.
-
-    Attributes
-    ----------
-    first : int
-        Number of the first step; the first one of all is 1.
-    steps : tuple of str
-        Those of the first round, in words, each with its time if it has one.
-    times : int
-        How often they come in a row.
-    later : str
-        With times: how much later they fire each time, in words.
-    """
+    """Steps that come several times in a row, or one step."""
 
     first: int
+    """Number of the first step; the first one of all is 1."""
     steps: tuple[str, ...]
+    """Those of the first round, in words, each with its time if it has one."""
     times: int
+    """How often they come in a row."""
     later: str = ""
+    """With times: how much later they fire each time, in words."""
 
     @property
     def last(self) -> int:

@@ -16,24 +16,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ComparedTimes:
-    """The result of the comparison.
-
-    Attributes
-    ----------
-    breaches : list of Breach
-        Declared times that the run violates.
-    compared : int
-        Times of the run for which something is declared.
-    is_simulated : bool
-        Whether the run was simulated: then nothing is compared.
-    allowance : float
-        Seconds by which a time could pass its bound.
-    """
+    """The result of the comparison."""
 
     breaches: list[Breach] = field(default_factory=list)
+    """Declared times that the run violates."""
     compared: int = 0
+    """Times of the run for which something is declared."""
     is_simulated: bool = False
+    """Whether the run was simulated: then nothing is compared."""
     allowance: float = 0.0
+    """Seconds by which a time could pass its bound."""
 
     def to_dict(self) -> dict[str, Any]:
         """Return it for JSON."""

@@ -18,26 +18,18 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Application:
-    """What is run.
-
-    Attributes
-    ----------
-    source : Path
-        The model's file or the workspace's folder, as the user named it.
-    system : sym.SystemModel or None
-        The system model; None for a workspace, whose model is read when needed.
-    models : tuple of rtm.RuntimeModel
-        One per node.
-    expected : dict of str to dict of str to Expectation
-        Node -> id of a signal -> how long its source may be silent, and what is done then.
-    """
+    """What is run."""
 
     source: Path
+    """The model's file or the workspace's folder, as the user named it."""
     system: sym.SystemModel | None
+    """The system model; None for a workspace, whose model is read when needed."""
     models: tuple[rtm.RuntimeModel, ...]
+    """One per node."""
     handlers: Path | None
     settings: tuple[str, ...]
     expected: dict[str, dict[str, Expectation]] = field(default_factory=dict)
+    """Node -> id of a signal -> how long its source may be silent, and what is done then."""
 
     @property
     def title(self) -> str:

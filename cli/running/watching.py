@@ -35,20 +35,14 @@ Condition = Callable[[Mapping[str, int], Mapping[str, SignalSetting]], bool]
 
 @dataclass(frozen=True)
 class RosOptions:
-    """Options of an application on ROS 2.
-
-    Attributes
-    ----------
-    programs : tuple of str
-        Command lines of further programs that run as long as the application.
-    restarts : int
-        Restarts per minute and node.
-    """
+    """Options of an application on ROS 2."""
 
     domain: int
     reach: Reach
     programs: tuple[str, ...]
+    """Command lines of further programs that run as long as the application."""
     restarts: int
+    """Restarts per minute and node."""
 
 
 @dataclass(frozen=True)
@@ -93,23 +87,16 @@ class Options:
 
 @dataclass(frozen=True)
 class Wanted:
-    """The goals of a run.
-
-    Attributes
-    ----------
-    until : callable or None
-        The condition that ends it, given marking and signals.
-    monitor : Monitor or None
-        Replays the records on the model when they arrive.
-    interrupted : threading.Event
-        Set by `interrupt`, which handles signals.
-    """
+    """The goals of a run."""
 
     until: Condition | None
+    """The condition that ends it, given marking and signals."""
     folder: Path
     monitor: Monitor | None
+    """Replays the records on the model when they arrive."""
     options: Options
     interrupted: threading.Event = field(default_factory=threading.Event)
+    """Set by `interrupt`, which handles signals."""
     _listening: list[int] = field(default_factory=list)
 
     def interrupt(self, *_: object) -> None:

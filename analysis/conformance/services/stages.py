@@ -29,28 +29,19 @@ _ORDER = {stage: number for number, stage in enumerate(AFTER)}
 
 @dataclass(frozen=True)
 class Before:
-    """State of a client's calls when the traces of client and server begin, by their numbers.
-
-    Attributes
-    ----------
-    sender : str
-        Prefix of the ids of its requests.
-    pending : frozenset of int
-        Requests for which the client waited; the others were over.
-    serving : dict of int to int
-        Requests being served, with their instances.
-    replied : frozenset of int
-        Requests whose responses the server keeps; it has answered all requests before them.
-    gives_up : bool
-        Whether the client has a time-out: then requests that are over may still be served.
-    """
+    """State of a client's calls when the traces of client and server begin, by their numbers."""
 
     sender: str
+    """Prefix of the ids of its requests."""
     requested: int
     pending: frozenset[int] = frozenset()
+    """Requests for which the client waited; the others were over."""
     serving: Mapping[int, int] = field(default_factory=dict)
+    """Requests being served, with their instances."""
     replied: frozenset[int] = frozenset()
+    """Requests whose responses the server keeps; it has answered all requests before them."""
     gives_up: bool = False
+    """Whether the client has a time-out: then requests that are over may still be served."""
 
     def is_over(self, number: int) -> bool:
         """Return whether the client no longer waits for a request."""

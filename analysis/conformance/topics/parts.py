@@ -89,21 +89,13 @@ class Pair:
 
 @dataclass(frozen=True)
 class HistoryTopic:
-    """A topic channel of ROS 2.
-
-    Attributes
-    ----------
-    pairs : tuple of Pair
-        Publishers and subscribers that match.
-    publishers : dict of str to list of Pair
-        By place of the port.
-    subscribers : dict of str to Queue
-        Reader histories, by place of the port.
-    node_of : dict of str to str
-        Node net of each subscriber's place.
-    """
+    """A topic channel of ROS 2."""
 
     pairs: tuple[Pair, ...]
+    """Publishers and subscribers that match."""
     publishers: dict[str, list[Pair]]
+    """By place of the port."""
     subscribers: dict[str, Queue]
+    """Reader histories, by place of the port."""
     node_of: dict[str, str]
+    """Node net of each subscriber's place."""
