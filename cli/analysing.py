@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from dineros.cli.console import say
-from dineros.cli.models import load_named, refuse_invalid, say_rules
+from dineros.cli.models import errors_of, load_named, refuse_invalid, rules_of, say_rules
 from dineros.cli.options import (
     Adds,
     ModelPath,
@@ -30,6 +30,12 @@ if TYPE_CHECKING:
     from dineros.metamodel import pn
 
 HOLDS, VIOLATED, UNKNOWN = 0, 1, 3
+STATUSES = {
+    **dict.fromkeys(("holds", "conforms", "reachable"), HOLDS),
+    **dict.fromkeys(("violated", "unreachable"), VIOLATED),
+    "unknown": UNKNOWN,
+}
+"""Exit status of each answer."""
 
 engine_option: Adds = click.option(
     "--engine",
@@ -105,15 +111,22 @@ def orders_beside(model: Path, no_cache: bool) -> OrderCache | None:
 def load_subject(path: Path, settings: Sequence[str], signals: str, overflow: str) -> Subject:
     """Read a model, reject an invalid one, flatten it if it is a system model, and compile it."""
     from dineros.analysis.model.subject import subject_of
-    from dineros.metamodel.errors import DinerosError, Location
 
     model = load_valid(path, settings)
     search().stage("flattening")
-    try:
+    with errors_of(path):
         return subject_of(model, signals, overflow)  # type: ignore[arg-type]
-    except DinerosError as error:
-        error.location = error.location or Location(path)
-        raise
+
+
+def variant_fields(subject: Subject, model: Path, signals: str, overflow: str) -> dict[str, object]:
+    """Return for JSON a model, the variants by which it was flattened, if it was, and its rules."""
+    flattened = subject.flattened is not None
+    return {
+        "model": str(model),
+        "signals": signals if flattened else None,
+        "overflow": overflow if flattened else None,
+        **rules_of(subject.model),
+    }
 
 
 def load_valid(path: Path, settings: Sequence[str]) -> pn.Net:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import json
 import re
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from types import MappingProxyType
 from typing import Any, TextIO
 
 import click
@@ -20,6 +21,7 @@ SEARCH = "dineros.search"
 SEVERITIES = {"error": "bold red", "warning": "yellow"}
 """Styles of findings."""
 
+_NO_NOTES: Mapping[str, str] = MappingProxyType({})
 _CONTROLS = re.compile("[\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069]")
 
 
@@ -101,7 +103,17 @@ def _print_styled(text: str, style: str, stream: TextIO) -> None:
     Console(file=stream, highlight=False, markup=False, emoji=False, soft_wrap=True).print(text, style=style)
 
 
-def shown_figure(name: str, value: object) -> str:
+def say_figures(
+    figures: Mapping[str, object], indent: str = "", notes: Mapping[str, str] = _NO_NOTES
+) -> None:
+    """Print figures that have a value, a line each, with the notes on some of them."""
+    for name, value in figures.items():
+        if value not in (None, ""):
+            label = f"{indent}{name.replace('_', ' ')}"
+            say(f"{label:22} {_shown_figure(name, value)}{notes.get(name, '')}")
+
+
+def _shown_figure(name: str, value: object) -> str:
     """Return a figure as text; its name decides its unit."""
     if isinstance(value, bool):
         return "yes" if value else "no"

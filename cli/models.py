@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from itertools import filterfalse
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -76,6 +77,18 @@ def _show_remarks(model: pn.Net, path: Path) -> None:
         warn(f"{path}: note: this is not standard PNML; read as a P/T net: {'; '.join(remarks)}")
 
 
+@contextmanager
+def errors_of(path: Path) -> Iterator[None]:
+    """Let errors of the block that name no file be errors of a file."""
+    from dineros.metamodel.errors import DinerosError, Location
+
+    try:
+        yield
+    except DinerosError as error:
+        error.location = error.location or Location(path)
+        raise
+
+
 def change(model: pn.Net, path: Path, settings: Iterable[str]) -> None:
     """Change a model by `--set`; raises `DinerosError` if a setting does not fit it."""
     from dineros.metamodel.errors import DinerosError, Location
@@ -100,17 +113,12 @@ def load_named(path: Path, settings: Sequence[str] = ()) -> pn.Net:
     DinerosError
         As `load`; or the program fails, or has no such parameter.
     """
-    from dineros.metamodel.errors import DinerosError, Location
     from dineros.metamodel.files.programs import is_of_parameter, is_program, load_program
 
     if not is_program(path):
         return load(path, settings)
-    try:
-        with working(f"Running {path}"):
-            model = load_program(path).model(filter(is_of_parameter, settings))
-    except DinerosError as error:
-        error.location = error.location or Location(path)
-        raise
+    with errors_of(path), working(f"Running {path}"):
+        model = load_program(path).model(filter(is_of_parameter, settings))
     note(f"built by {path}")
     change(model, path, filterfalse(is_of_parameter, settings))
     return model

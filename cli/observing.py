@@ -23,19 +23,6 @@ if TYPE_CHECKING:
 class Source:
     """The source of an observed system.
 
-    Attributes
-    ----------
-    graph : bool
-        In a running graph.
-    bag : Path or None
-        In a recording of rosbag2.
-    domain : int or None
-        The ROS domain of the graph; None: that of the environment.
-    namespaces, without : tuple of str
-        Only nodes in these namespaces; full names of nodes that are left out.
-    seconds : float
-        How long the graph is watched.
-
     Raises
     ------
     UsageError
@@ -43,11 +30,16 @@ class Source:
     """
 
     graph: bool
+    """In a running graph."""
     bag: Path | None
+    """In a recording of rosbag2."""
     domain: int | None
+    """The ROS domain of the graph; None: that of the environment."""
     namespaces: tuple[str, ...]
     without: tuple[str, ...]
+    """`namespaces`, `without`: only nodes in these namespaces; full names of nodes that are left out."""
     seconds: float
+    """How long the graph is watched."""
 
     def __post_init__(self) -> None:
         if self.graph == (self.bag is not None):

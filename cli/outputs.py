@@ -4,6 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+from dineros.cli.console import warn
+
+if TYPE_CHECKING:
+    from dineros.metamodel.errors import DinerosError
 
 PICTURES = (".svg", ".png", ".html")
 """Suffixes of pictures; the same as `dineros.views.nets.FORMATS`, which is slow to import."""
@@ -40,6 +46,15 @@ def refuse_output(output: Path, formats: Sequence[str], what: str = "to convert 
             location=Location(output),
             hint="create the folder first",
         )
+
+
+def write_page(output: Path, page: str, failure: DinerosError | None, pictures: str = "a picture") -> None:
+    """Write a page, atomically; a line reports missing pictures, and why they could not be drawn."""
+    from dineros.metamodel.files.atomic import write_atomically
+
+    write_atomically(output, page.encode())
+    if failure is not None:
+        warn(f"{output}: without {pictures}: {failure}")
 
 
 def refuse_file(folder: Path) -> None:

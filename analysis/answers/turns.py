@@ -39,8 +39,7 @@ class Member(Generic[Answer]):
     weight: float = 1.0
     """Its share of the time, relative to the others."""
     head_start: float = 0.0
-    """Seconds of processor time for its first turn; easy questions are answered within it at no extra cost.
-    """
+    """Seconds of processor time for its first turn; easy questions, answered within it, cost no more."""
     marking_bytes: int = 0
     """Bytes that it needs at least for each marking that exists; 0 if it does not store all of them."""
 

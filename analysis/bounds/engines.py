@@ -52,19 +52,13 @@ class EngineHistory:
 
 @dataclass(frozen=True)
 class Passed:
-    """How long data takes through a node.
-
-    Attributes
-    ----------
-    least, greatest : int
-        From the release to the end, or to the publication, in units of time.
-    is_certain : bool
-        Whether all data comes so far.
-    """
+    """How long data takes through a node."""
 
     least: int
     greatest: int
+    """`least`, `greatest`: from the release to the end, or to the publication, in units of time."""
     is_certain: bool = True
+    """Whether all data comes so far."""
 
     def after(self, least: int, greatest: int) -> Passed:
         """Return it with what comes before it."""

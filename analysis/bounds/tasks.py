@@ -79,46 +79,32 @@ class EngineReader:
 
 @dataclass(eq=False, repr=False)
 class Task:
-    """A callback, and what releases it; times in units.
-
-    Attributes
-    ----------
-    page : sym.CallbackPage
-    reader : sym.SubscriberPort or None
-        The history that releases it; None of a timer and a server.
-    lane : Lane
-    work : Work or None
-        None if nothing bounds what a run does; then `reason` says why.
-    reason : str
-        Why nothing bounds when it is released, or how long it works.
-    least, most : int
-        How long a run takes.
-    period, jitter : int
-        Of a timer.
-    sources : list of Source
-        Of a subscription and a server.
-    engines : list of Engine
-        Of a subscription.
-    server : sym.ServerPort or None
-        What gets the requests that release it.
-    is_held : bool
-        Whether what it works on counts among those that it holds: a client has its response not before the
-        run has ended.
-    """
+    """A callback, and what releases it; times in units."""
 
     page: sym.CallbackPage
     reader: sym.SubscriberPort | None
+    """The history that releases it; None of a timer and a server."""
     lane: Lane
     work: Work | None = None
+    """None if nothing bounds what a run does; then `reason` says why."""
     reason: str = ""
+    """Why nothing bounds when it is released, or how long it works."""
     least: int = 0
     most: int = 0
+    """`least`, `most`: how long a run takes."""
     period: int = 0
     jitter: int = 0
+    """`period`, `jitter`: of a timer."""
     sources: list[Source] = field(default_factory=list)
+    """Of a subscription and a server."""
     engines: list[Engine] = field(default_factory=list)
+    """Of a subscription."""
     server: sym.ServerPort | None = None
+    """What gets the requests that release it."""
     is_held: bool = False
+    """Whether what it works on counts among those that it holds: a client has its response not before the run
+    has ended.
+    """
 
     @property
     def is_timer(self) -> bool:

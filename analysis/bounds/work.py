@@ -42,19 +42,13 @@ class Publishing:
 
 @dataclass(frozen=True)
 class Work:
-    """What one run does.
-
-    Attributes
-    ----------
-    least, most : Fraction
-        Seconds from its beginning to its end.
-    publishes : dict from pn.Place to Publishing
-        By place of a publisher.
-    """
+    """What one run does."""
 
     least: Fraction
     most: Fraction
+    """`least`, `most`: seconds from its beginning to its end."""
     publishes: dict[pn.Place, Publishing]
+    """By place of a publisher."""
 
 
 class _KeptError(Exception):

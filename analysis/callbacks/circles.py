@@ -55,8 +55,7 @@ class Circle:
 
     waiters: tuple[Waiter, ...]
     reasons: tuple[Reason, ...] = field(compare=False)
-    """Why each of them waits; then why those wait that they need besides, or that could serve them instead.
-    """
+    """Why each of them waits; then why those wait that they need besides, or that could serve instead."""
 
     def __str__(self) -> str:
         words = _Words(self)

@@ -40,23 +40,16 @@ Key: TypeAlias = tuple[EObject, int | None]
 
 @dataclass
 class Callback:
-    """A callback page of a node, or a server instance's copy of it.
-
-    Attributes
-    ----------
-    waiter : Waiter
-        It, as one that waits.
-    index : int or None
-        Number of the server instance or slot.
-    running, awaiting : int
-        Places of how often it runs, and how often it awaits an answer.
-    """
+    """A callback page of a node, or a server instance's copy of it."""
 
     waiter: Waiter
+    """It, as one that waits."""
     page: sym.CallbackPage
     index: int | None
+    """Number of the server instance or slot."""
     running: int
     awaiting: int | None = None
+    """`running`, `awaiting`: places of how often it runs, and how often it awaits an answer."""
 
     @property
     def places(self) -> tuple[int, ...]:

@@ -61,6 +61,7 @@ class Boundedness(Question):
     )
     faults = (UNBOUNDED,)
     asks = "all questions on the state space"
+    is_basis = True
 
     def leave_open(self, checked: Checked, reason: str) -> None:
         """End the search here, as the other questions need the state space."""

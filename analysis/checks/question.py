@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
@@ -263,6 +263,8 @@ class Question(ABC):
     """Whether it needs no further search if there is no state space: the known firings answer it. It is then
     answered even after the time limit.
     """
+    is_basis: ClassVar[bool] = False
+    """Whether the answers of other questions rest on its answer."""
 
     def leave_open(self, checked: Checked, reason: str) -> None:
         """Leave it, or what is left of it, undecided."""
@@ -277,3 +279,8 @@ class Question(ABC):
     @abstractmethod
     def ask(self, checked: Checked) -> None:
         """Put what is found, proved or not known into the report."""
+
+
+def finding_rules(rules: Collection[str], questions: Sequence[Question]) -> list[Question]:
+    """Return the questions that find faults of some rules, and those that the others rest on."""
+    return [each for each in questions if each.is_basis or any(fault.rule in rules for fault in each.faults)]

@@ -28,7 +28,6 @@ from dineros.analysis.checks.matching import Matching
 from dineros.analysis.checks.overflow import Presence
 from dineros.analysis.checks.unused import NO_RETURN
 from dineros.analysis.model.subject import Subject, base_subject
-from dineros.analysis.nets.witness import WitnessError, replay
 from dineros.analysis.suggestions.changes import Changes, against_circle
 from dineros.analysis.witnesses.findings import Finding
 from dineros.metamodel import pn, sym
@@ -208,12 +207,8 @@ def circle_of(finding: Finding) -> Circle | None:
 def circle_after(finding: Finding, subject: Subject) -> Circle | None:
     """Return the circle of a finding after the steps of its witness; None if they do not close it."""
     assert finding.witness is not None
-    names, waiting = [step.transition for step in finding.witness.steps], Waiting(subject)
-    if not subject.transition_index.keys() >= set(names):
-        return None
-    try:
-        marking = replay(subject.net, [subject.transition_index[name] for name in names])[-1]
-    except WitnessError:
+    marking, waiting = finding.witness.ends_at(subject), Waiting(subject)
+    if marking is None:
         return None
     closed = [waiting.circle(marking, callback.waiter) for callback in waiting.callbacks.values()]
     return next((each for each in closed if each is not None and each.elements == finding.elements), None)
@@ -288,9 +283,9 @@ def _against_endless(model: sym.SystemModel, finding: Finding, budget: Budget) -
     witness = finding.witness
     if witness is None or witness.subject is None:
         return None
-    subject = witness.subject
-    marking = replay(subject.net, [subject.transition_index[step.transition] for step in witness.steps])[-1]
-    lacking = Waiting(subject).lacking(finding.elements[0], marking)
+    marking = witness.ends_at(witness.subject)
+    assert marking is not None, "it is of this net"
+    lacking = Waiting(witness.subject).lacking(finding.elements[0], marking)
     clients = {
         str(client.response.id): client
         for service in channels(model, sym.ServiceChannel)

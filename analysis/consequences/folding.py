@@ -18,10 +18,9 @@ from functools import partial
 
 from dineros.analysis.answers.budget import Budget, BudgetExceededError
 from dineros.analysis.checks.blocking import Callbacks
-from dineros.analysis.checks.boundedness import Boundedness
 from dineros.analysis.checks.check import QUESTIONS, check
 from dineros.analysis.checks.overflow import Overflow, Presence
-from dineros.analysis.checks.question import Question
+from dineros.analysis.checks.question import finding_rules
 from dineros.analysis.consequences.cause_fixes import (
     Fix,
     fix_of,
@@ -30,11 +29,11 @@ from dineros.analysis.consequences.cause_fixes import (
     is_proved,
     let_calls_end,
 )
+from dineros.analysis.consequences.gone import Key, faults_of, gone_from, is_in, key_of
 from dineros.analysis.consequences.quick import folded_quickly
 from dineros.analysis.consequences.together import fewest_causes
 from dineros.analysis.consequences.used import used_in_runs
 from dineros.analysis.model.subject import Subject, base_subject
-from dineros.analysis.nets.witness import WitnessError, replay
 from dineros.analysis.symbolic.order_cache import OrderCache
 from dineros.analysis.witnesses.findings import Finding, Report
 from dineros.metamodel import pn, sym
@@ -63,12 +62,10 @@ LEAST_SECONDS, TIMES = 30.0, 4.0
 _LOSSES = frozenset(fault.rule for question in (Overflow, Presence) for fault in question.faults)
 """Faults whose run ends with the step that loses a message."""
 
-_Key = tuple[str, tuple[str, ...]]
-
 _Fixed = tuple[Finding, Fix]
 """A cause, with what fixes it."""
 
-_Again = Callable[[sym.SystemModel, Collection[_Key], list[Finding], Budget], list[Finding]]
+_Again = Callable[[sym.SystemModel, Collection[Key], list[Finding], Budget], list[Finding]]
 """Asks a corrected model again: which of some faults are not there. None, if one of the given causes is."""
 
 
@@ -172,7 +169,7 @@ class _Folding:
         self._budget.stage(QUICK)
         for cause, gone in folded_quickly(self._model, causes, self._left, self._budget):
             found[id(cause)] += gone
-            self._left = [each for each in self._left if not _is_in(each, gone)]
+            self._left = [each for each in self._left if not is_in(each, gone)]
             self._put(found)
             self._budget.stage(QUICK)
 
@@ -214,7 +211,7 @@ class _Folding:
 
         for causes, consequences in fewest_causes(every, gone, gone_again):
             names = [cause for cause, _ in causes]
-            first = next((cause for cause, _ in owners if _is_in(cause, names)), None)
+            first = next((cause for cause, _ in owners if is_in(cause, names)), None)
             if first is not None:
                 found[id(first)] += consequences
                 others = tuple(cause for cause in names if cause is not first)
@@ -223,12 +220,14 @@ class _Folding:
     def _hidden(self, fixed: Sequence[_Fixed]) -> list[_Fixed]:
         """Return circles of callbacks that are found only if causes are fixed, with what fixes them."""
         causes = [cause for cause, _ in fixed]
-        left = [each for each in self._left if not _is_in(each, causes) and each.rule not in _LOSSES]
+        left = [each for each in self._left if not is_in(each, causes) and each.rule not in _LOSSES]
         if not left or self._is_timed or all(cause.rule != Callbacks.CIRCLE.rule for cause in causes):
             return []
         model = self._with_fixes(fixed)
         budget = self._budget.share(HIDDEN_SHARE) if self._budget.left is not None else self._budget
-        report = check(model, budget, questions=_asking({Callbacks.CIRCLE.rule}), is_shown=False)
+        report = check(
+            model, budget, questions=finding_rules({Callbacks.CIRCLE.rule}, QUESTIONS), is_shown=False
+        )
         known = {key_of(cause) for cause, _ in fixed}
         found = []
         for each in report.findings:
@@ -244,7 +243,7 @@ class _Folding:
         """Ask again where each of some causes is fixed; return those whose time ran out."""
         out_of_time = []
         for number, cause in enumerate(causes):
-            if is_effect(cause) and not _is_in(cause, self._left):
+            if is_effect(cause) and not is_in(cause, self._left):
                 continue  # it is a consequence
             if all(each is cause for each in self._left):
                 continue
@@ -271,13 +270,13 @@ class _Folding:
     def _gone(self, fixed: Sequence[_Fixed], budget: Budget) -> list[Finding]:
         """Take out of the remaining faults those that disappear if causes are repaired; return them."""
         gone = self._asked(fixed, self._left, budget)
-        self._left = [each for each in self._left if not _is_in(each, gone)]
+        self._left = [each for each in self._left if not is_in(each, gone)]
         return gone
 
     def _asked(self, fixed: Sequence[_Fixed], findings: Sequence[Finding], budget: Budget) -> list[Finding]:
         """Return which of some findings disappear where causes are fixed."""
         causes = [cause for cause, _ in fixed]
-        left = [each for each in findings if not _is_in(each, causes)]
+        left = [each for each in findings if not is_in(each, causes)]
         if not left or budget.is_over:
             return []
         model = self._with_fixes(fixed)
@@ -301,55 +300,26 @@ class _Folding:
 def _without(
     orders: OrderCache | None,
     fixed: sym.SystemModel,
-    causes: Collection[_Key],
+    causes: Collection[Key],
     some: list[Finding],
     budget: Budget,
 ) -> list[Finding]:
     """Ask a model again without its times."""
     used = used_in_runs(base_subject(fixed), some, budget)
-    rest = [each for each in some if not _is_in(each, used)]
+    rest = [each for each in some if not is_in(each, used)]
     rules = {rule for rule, _ in causes if not is_proved(rule)}
     if not rest and not rules:
         return used
     rules |= {finding.rule for finding in rest}
-    again = check(fixed, budget, orders=orders, questions=_asking(rules), is_shown=False)
-    still = {key_of(finding) for finding in again.findings if finding.severity != "note"}
+    again = check(fixed, budget, orders=orders, questions=finding_rules(rules, QUESTIONS), is_shown=False)
+    still = faults_of(again)
     if any(key in still or key[0] in again.open_rules for key in causes if not is_proved(key[0])):
         return []
-    gone = [
-        *used,
-        *(each for each in rest if key_of(each) not in still and each.rule not in again.open_rules),
-    ]
-    return [each for each in some if _is_in(each, gone)]
-
-
-def _is_in(finding: Finding, some: Sequence[Finding]) -> bool:
-    return any(finding is each for each in some)
+    return gone_from(again, some, used)
 
 
 def _is_lost_again(finding: Finding, subject: Subject) -> bool:
     """Return whether a run that loses a message does so in the net of a corrected model, too."""
     if finding.rule not in _LOSSES or finding.witness is None or not finding.witness.steps:
         return False
-    names = [step.transition for step in finding.witness.steps]
-    if not subject.transition_index.keys() >= set(names):
-        return False
-    try:
-        replay(subject.net, [subject.transition_index[name] for name in names])
-    except WitnessError:
-        return False
-    return True
-
-
-def _asking(rules: Collection[str]) -> list[Question]:
-    """Return the questions that find faults of some rules, and what they rest on."""
-    return [
-        each
-        for each in QUESTIONS
-        if isinstance(each, Boundedness) or any(fault.rule in rules for fault in each.faults)
-    ]
-
-
-def key_of(finding: Finding) -> _Key:
-    """Return the key that distinguishes a fault from others of a model."""
-    return finding.rule, finding.elements
+    return finding.witness.ends_at(subject) is not None

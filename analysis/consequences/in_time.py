@@ -9,11 +9,11 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from dineros.analysis.answers.budget import Budget
-from dineros.analysis.checks.question import Question
+from dineros.analysis.checks.question import finding_rules
 from dineros.analysis.consequences.cause_fixes import is_proved
+from dineros.analysis.consequences.gone import Key, faults_of, gone_from, is_in
 from dineros.analysis.consequences.used import disproved
 from dineros.analysis.timed.timed_subject import timed_base_subject
-from dineros.analysis.timed_checks.boundedness import TimedBoundedness
 from dineros.analysis.timed_checks.timed_check import TIMED_QUESTIONS, check_timed
 from dineros.analysis.timed_checks.timed_walks import walk_in_time
 from dineros.analysis.witnesses.findings import Finding
@@ -25,7 +25,7 @@ WALKS_SHARE = 0.3
 
 def gone_in_time(
     fixed: sym.SystemModel,
-    causes: Collection[tuple[str, tuple[str, ...]]],
+    causes: Collection[Key],
     some: list[Finding],
     budget: Budget,
 ) -> list[Finding]:
@@ -33,30 +33,17 @@ def gone_in_time(
 
     Parameters
     ----------
-    causes : collection of (str, tuple of str)
-        Rules and elements of the causes that were repaired.
+    causes : collection of Key
+        The causes that were repaired.
     """
     subject = timed_base_subject(fixed)
     used = disproved(subject, walk_in_time(subject.timed, budget.share(WALKS_SHARE)).ways, some)
-    known = {id(each) for each in used}
-    rest = [each for each in some if id(each) not in known]
+    rest = [each for each in some if not is_in(each, used)]
     if not rest or not subject.timed.has_times:
         return used
     rules = {each.rule for each in rest} | {rule for rule, _ in causes}
-    again = check_timed(fixed, budget, questions=_asking(rules))
-    still = {(each.rule, each.elements) for each in again.findings if each.severity != "note"}
+    again = check_timed(fixed, budget, finding_rules(rules, TIMED_QUESTIONS))
+    still = faults_of(again)
     if any(key in still or (key[0] in again.open_rules and not is_proved(key[0])) for key in causes):
         return used
-    gone = [
-        each for each in rest if each.rule not in again.open_rules and (each.rule, each.elements) not in still
-    ]
-    return [each for each in some if any(each is one for one in (*used, *gone))]
-
-
-def _asking(rules: Collection[str]) -> list[Question]:
-    """Return the questions with times that find faults of some rules, and what they rest on."""
-    return [
-        each
-        for each in TIMED_QUESTIONS
-        if isinstance(each, TimedBoundedness) or any(fault.rule in rules for fault in each.faults)
-    ]
+    return gone_from(again, some, used)

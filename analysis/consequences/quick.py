@@ -14,6 +14,7 @@ from dineros.analysis.callbacks.searching import near_circles
 from dineros.analysis.callbacks.waiting import Waiting
 from dineros.analysis.checks.blocking import Callbacks
 from dineros.analysis.consequences.cause_fixes import circle_after, circle_of, fix_of, is_proved
+from dineros.analysis.consequences.gone import is_in
 from dineros.analysis.consequences.used import is_unused_part, used_in_plans, used_in_runs
 from dineros.analysis.model.subject import Subject, base_subject
 from dineros.analysis.suggestions.changes import Changes, against_circle
@@ -47,7 +48,7 @@ def folded_quickly(
     for cause in sorted(causes, key=lambda each: each.rule == Callbacks.CIRCLE.rule):  # one change each first
         for subject in _fixed(model, cause, budget) if left and is_proved(cause.rule) else ():
             used = used_in_plans(subject, left)
-            left = _without(left, used)
+            left = [each for each in left if not is_in(each, used)]
             if used:
                 yield cause, used
             fixed.append((cause, subject))
@@ -58,13 +59,9 @@ def folded_quickly(
         if not left or walking.is_over:
             return
         used = used_in_runs(subject, left, walking.at_most(WALK_SECONDS))
-        left = _without(left, used)
+        left = [each for each in left if not is_in(each, used)]
         if used:
             yield cause, used
-
-
-def _without(some: Sequence[Finding], used: Sequence[Finding]) -> list[Finding]:
-    return [each for each in some if not any(each is one for one in used)]
 
 
 def _fixed(model: sym.SystemModel, cause: Finding, budget: Budget) -> Iterator[Subject]:

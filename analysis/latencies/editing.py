@@ -17,29 +17,20 @@ Arcs = dict[str, int]
 
 @dataclass(frozen=True)
 class Case:
-    """Further effects of one case of a transition, and their times.
-
-    Attributes
-    ----------
-    take, put, read : mapping of str to int
-        More arcs; those of `take` and `read` add up.
-    inhibit : mapping of str to int
-        Places that must hold fewer tokens.
-    rename : mapping of str to str
-        Places that stand for others in the arcs of the transition itself.
-    instead : mapping of str to str
-        Places that get one of the tokens that the transition puts on others.
-    drop : frozenset of str
-        Places whose arcs are left out, before they are renamed.
-    """
+    """Further effects of one case of a transition, and their times."""
 
     take: Mapping[str, int] = field(default_factory=dict)
     put: Mapping[str, int] = field(default_factory=dict)
     read: Mapping[str, int] = field(default_factory=dict)
+    """`take`, `put`, `read`: more arcs; those of `take` and `read` add up."""
     inhibit: Mapping[str, int] = field(default_factory=dict)
+    """Places that must hold fewer tokens."""
     rename: Mapping[str, str] = field(default_factory=dict)
+    """Places that stand for others in the arcs of the transition itself."""
     instead: Mapping[str, str] = field(default_factory=dict)
+    """Places that get one of the tokens that the transition puts on others."""
     drop: frozenset[str] = frozenset()
+    """Places whose arcs are left out, before they are renamed."""
 
 
 PLAIN = Case()

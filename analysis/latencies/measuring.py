@@ -32,32 +32,23 @@ class Bound:
 
 @dataclass(frozen=True)
 class Measured:
-    """What was measured.
-
-    Attributes
-    ----------
-    least, greatest : Bound or None
-        Of all instances that end. `least` is None if no instance ends. `greatest` is None then, too, and if
-        nothing bounds the times.
-    is_lost : bool
-        Whether an instance can be lost.
-    is_gone : bool
-        Whether an instance can end before the path does: a callback does not publish.
-    is_complete : bool
-        Whether that holds for all instances.
-    reason : str
-        Why the search is incomplete or there is no greatest time; else empty.
-    states : int
-        State classes.
-    """
+    """What was measured."""
 
     least: Bound | None
     greatest: Bound | None
+    """`least`, `greatest`: of all instances that end. `least` is None if no instance ends. `greatest` is None
+    then, too, and if nothing bounds the times.
+    """
     is_lost: bool
+    """Whether an instance can be lost."""
     is_complete: bool
+    """Whether that holds for all instances."""
     reason: str = ""
+    """Why the search is incomplete or there is no greatest time; else empty."""
     states: int = 0
+    """State classes."""
     is_gone: bool = False
+    """Whether an instance can end before the path does: a callback does not publish."""
 
 
 def measured(observer: Observer, base: TimedNet, budget: Budget, missing: str = "") -> Measured:

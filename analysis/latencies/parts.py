@@ -28,35 +28,27 @@ Pair = tuple[sym.PublisherPort, sym.SubscriberPort]
 
 @dataclass
 class Run:
-    """A callback of a node, or a server instance's copy of it; ids in the net.
-
-    Attributes
-    ----------
-    places : list of str
-        One token for each run that has begun and not ended.
-    own : set of str
-        Places on its page, and those of its beginning and its work.
-    moves : set of str
-        Transitions on its page.
-    starts : set of str
-        Transitions by which the callback of a timer begins; they take, and read, what its first one needs.
-    works, worked, busy : str
-        Where its work begins and ends, and the place of its first clock; empty if it has no duration.
-    clock_begin, clock_end, clock_free : str
-        Transitions and idle place of that clock.
-    """
+    """A callback of a node, or a server instance's copy of it; ids in the net."""
 
     page: sym.CallbackPage
     places: list[str] = field(default_factory=list)
+    """One token for each run that has begun and not ended."""
     own: set[str] = field(default_factory=set)
+    """Places on its page, and those of its beginning and its work."""
     moves: set[str] = field(default_factory=set)
+    """Transitions on its page."""
     starts: set[str] = field(default_factory=set)
+    """Transitions by which the callback of a timer begins; they take, and read, what its first one needs."""
     works: str = ""
     worked: str = ""
     busy: str = ""
+    """`works`, `worked`, `busy`: where its work begins and ends, and the place of its first clock; empty if
+    it has no duration.
+    """
     clock_begin: str = ""
     clock_end: str = ""
     clock_free: str = ""
+    """`clock_begin`, `clock_end`, `clock_free`: transitions and idle place of that clock."""
     other_clocks: set[str] = field(default_factory=set)
     known_own: set[str] | None = None
 

@@ -42,31 +42,23 @@ class Entrance:
 
 @dataclass(frozen=True)
 class Queue:
-    """A queue of a flattened model.
-
-    Attributes
-    ----------
-    kind : {"publisher", "dispatcher", "subscriber", "request", "response", "feedback", "goal", "result", \
-        "answer"}
-        Whose it is; ``request``: a service's; ``response``: that of a service's client; ``goal``: an
-        action's; ``feedback``, ``result``, ``answer``: that of an action's client.
-    link : Link
-        How its capacity came to be.
-    load, capacity : str
-        Ids of its places: how many messages wait, and how many more may.
-    leave : str or None
-        Id of the transition that passes a message on; None of a service, whose calls take requests.
-    entrances : tuple of Entrance
-        One; of a publisher on a server page one for each server instance, of a service or of an action's
-        goals one for each client, of a client's results or answers one for each kind.
-    """
+    """A queue of a flattened model."""
 
     kind: QueueKind
+    """Whose it is; ``request``: a service's; ``response``: that of a service's client; ``goal``: an action's;
+    ``feedback``, ``result``, ``answer``: that of an action's client.
+    """
     link: Link
+    """How its capacity came to be."""
     load: str
     capacity: str
+    """`load`, `capacity`: ids of its places: how many messages wait, and how many more may."""
     leave: str | None
+    """Id of the transition that passes a message on; None of a service, whose calls take requests."""
     entrances: tuple[Entrance, ...]
+    """One; of a publisher on a server page one for each server instance, of a service or of an action's goals
+    one for each client, of a client's results or answers one for each kind.
+    """
 
     @property
     def drops(self) -> tuple[str, ...]:

@@ -25,19 +25,13 @@ _TEXT = re.compile(rf"\s*{_NAME}\s+(?:to\s+{_NAME}|responds)\s+within\s+(\d+(?:\
 
 @dataclass(frozen=True)
 class LatencyBound:
-    """A bound, as a property states it.
-
-    Attributes
-    ----------
-    first, last : str
-        Names of the ends; `last` is empty for a response time.
-    seconds : Fraction
-        The greatest time.
-    """
+    """A bound, as a property states it."""
 
     first: str
     last: str
+    """`first`, `last`: names of the ends; `last` is empty for a response time."""
     seconds: Fraction
+    """The greatest time."""
 
 
 def latency_bound(property: sym.Property) -> LatencyBound | None:

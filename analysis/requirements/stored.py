@@ -57,21 +57,15 @@ _SEEN_AT_ONCE = {(ForAll, Globally), (Exists, Finally), (ForAll, Next), (Exists,
 
 @dataclass(frozen=True)
 class Asked:
-    """A property, as a question about a net.
-
-    Attributes
-    ----------
-    reading : Reading
-        The property as a formula, the assumptions about signals in it.
-    weak, strong : tuple of str
-        Transitions of the net that no run neglects.
-    """
+    """A property, as a question about a net."""
 
     property: sym.Property
     subject: Subject
     reading: Reading
+    """The property as a formula, the assumptions about signals in it."""
     weak: tuple[str, ...]
     strong: tuple[str, ...]
+    """`weak`, `strong`: transitions of the net that no run neglects."""
 
     def question(self, orders: OrderCache | None = None) -> Question:
         """Return what engines answer."""

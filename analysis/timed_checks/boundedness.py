@@ -37,6 +37,7 @@ class TimedBoundedness(Question):
 
     faults = (Boundedness.UNBOUNDED,)
     asks = "all questions on the state classes"
+    is_basis = True
 
     def leave_open(self, checked: Checked, reason: str) -> None:
         """End the search here, as the other questions need the state space."""

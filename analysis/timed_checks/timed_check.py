@@ -50,11 +50,7 @@ TIMED_QUESTIONS: tuple[Question, ...] = (
 
 
 def check_timed(
-    model: pn.Net,
-    budget: Budget = UNLIMITED,
-    report: Report | None = None,
-    orders: OrderCache | None = None,
-    questions: Sequence[Question] | None = None,
+    model: pn.Net, budget: Budget = UNLIMITED, questions: Sequence[Question] | None = None
 ) -> Report:
     """Ask everything that can be asked of a model with its firing intervals.
 
@@ -66,11 +62,6 @@ def check_timed(
         A system model, or any place/transition net.
     budget : Budget, optional
         What it may cost; running out of time or memory leaves questions unknown.
-    report : Report, optional
-        Where to put the answers as they come.
-    orders : OrderCache, optional
-        Where orders of levels are kept for the symbolic engine. It is asked if the model has no intervals, or
-        if there are too many classes.
     questions : sequence of Question, optional
         Which ones, `TimedBoundedness` among them; all by default.
 
@@ -79,8 +70,8 @@ def check_timed(
     DinerosError
         An interval is empty or negative.
     """
-    report = Report() if report is None else report
-    ask_timed(model, report, budget, orders, questions)
+    report = Report()
+    ask_timed(model, report, budget, questions=questions)
     return report
 
 
@@ -95,6 +86,14 @@ def ask_timed(
 
     They are not built for a model without intervals and priorities, and for one in which nothing ever has
     to fire.
+
+    Parameters
+    ----------
+    report : Report
+        Where to put the answers as they come.
+    orders : OrderCache, optional
+        Where orders of levels are kept for the symbolic engine. It is asked if the model has no intervals, or
+        if there are too many classes.
     """
     subject = timed_base_subject(model)
     if not subject.timed.has_times and not subject.timed.has_priorities:

@@ -7,9 +7,10 @@ the runs do not show may still happen.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field
+from functools import partial
 from random import Random
 
 from dineros.analysis.answers.budget import Budget
@@ -188,7 +189,7 @@ def walk_in_time(net: TimedNet, budget: Budget, runs: int = RUNS, steps: int = S
     found = Walked()
     for number in range(runs):
         run = TimedRun(net)
-        trace = _drawn(run, Random(number), number % 2 == 1, steps, budget)
+        trace = _drawn(partial(run.step, Random(number), number % 2 == 1), steps, budget)
         if budget.is_over:
             return found
         found.add(trace, run.is_over)
@@ -205,7 +206,7 @@ def walk_late(net: TimedNet, found: Walked, budget: Budget) -> None:
     """
     for number in range(LATE_RUNS):
         run = TimedRun(net)
-        found.add(_drawn_late(run, Random(number), budget), run.is_over)
+        found.add(_drawn(partial(run.step_late, Random(number)), LATE_STEPS, budget), run.is_over)
 
 
 def walk_towards(net: TimedNet, wanted: Collection[int], found: Walked, budget: Budget) -> None:
@@ -226,7 +227,7 @@ def walk_towards(net: TimedNet, wanted: Collection[int], found: Walked, budget: 
             run = TimedRun(net)
             draw = Random(transition + number * len(net.intervals))
             # Time hardly passes in a hasty run if something can always fire at once, such as a signal.
-            trace = _drawn(run, draw, number == 0, STEPS, budget, slow, transition)
+            trace = _drawn(partial(run.step, draw, number == 0, slow), STEPS, budget, transition)
             found.add(trace, run.is_over)
 
 
@@ -249,35 +250,16 @@ def _rivals(net: TimedNet, wanted: int) -> set[int]:
     return rivals
 
 
-def _drawn(
-    run: TimedRun,
-    draw: Random,
-    is_hasty: bool,
-    steps: int,
-    budget: Budget,
-    slow: AbstractSet[int] = frozenset(),
-    last: int | None = None,
-) -> Trace:
+def _drawn(step: Callable[[], int | None], steps: int, budget: Budget, last: int | None = None) -> Trace:
     """Draw a run until its last transition has fired, nothing can fire any more, or it is long enough."""
     trace: list[int] = []
     while len(trace) < steps and not (len(trace) % 100 == 0 and budget.is_over):
-        fired = run.step(draw, is_hasty, slow)
+        fired = step()
         if fired is None:
             break
         trace.append(fired)
         if fired == last:
             break
-    return tuple(trace)
-
-
-def _drawn_late(run: TimedRun, draw: Random, budget: Budget) -> Trace:
-    """Draw a run in which each transition fires as late as it can."""
-    trace: list[int] = []
-    while len(trace) < LATE_STEPS and not (len(trace) % 100 == 0 and budget.is_over):
-        fired = run.step_late(draw)
-        if fired is None:
-            break
-        trace.append(fired)
     return tuple(trace)
 
 

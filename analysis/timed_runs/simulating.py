@@ -27,19 +27,13 @@ MOST_FIRINGS = 20_000_000
 
 @dataclass
 class SimulatedTimes:
-    """The times of one chain.
-
-    Attributes
-    ----------
-    first, last : str
-        Ids of the callbacks where it begins and ends; the same: a response time.
-    values : array of float
-        Seconds, in the order in which the instances ended.
-    """
+    """The times of one chain."""
 
     first: str
     last: str
+    """`first`, `last`: ids of the callbacks where it begins and ends; the same: a response time."""
     values: array[float] = field(default_factory=lambda: array("d"))
+    """Seconds, in the order in which the instances ended."""
 
 
 def histogram(values: Sequence[float]) -> dict[str, Any]:

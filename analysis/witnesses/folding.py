@@ -24,19 +24,13 @@ LEAST_STEPS, MOST_STEPS = 30, 5_000
 
 @dataclass(frozen=True)
 class Block:
-    """Items that repeat, or one item.
-
-    Attributes
-    ----------
-    start, length : int
-        Where its first round begins, and how many items that has.
-    times : int
-        How often it comes in a row.
-    """
+    """Items that repeat, or one item."""
 
     start: int
     length: int
+    """`start`, `length`: where its first round begins, and how many items that has."""
     times: int
+    """How often it comes in a row."""
 
 
 def folded(items: Sequence[Hashable], values: NDArray[np.float64] | None = None) -> list[Block]:

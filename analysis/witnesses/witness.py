@@ -4,18 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from dineros.analysis.answers.outcome import FiredAt
 from dineros.analysis.model.subject import FiringTime, Subject
 from dineros.analysis.nets.coverability import Pumping
 from dineros.analysis.nets.shortening import way_before
+from dineros.analysis.nets.witness import WitnessError, replay
 from dineros.analysis.witnesses.folding import in_rounds
 from dineros.analysis.witnesses.order import disorder
 from dineros.analysis.witnesses.rounds import MOST_TRIED, repeating_way
-
-if TYPE_CHECKING:
-    pass
 
 
 @dataclass(frozen=True)
@@ -68,6 +66,15 @@ class Witness:
     loop: int | None = None
     disorder: str = ""
     subject: Subject | None = field(default=None, compare=False, repr=False)
+
+    def ends_at(self, subject: Subject) -> list[int] | None:
+        """Return the marking after its steps in a net; None if they are not possible there."""
+        numbers = [subject.transition_index.get(step.transition) for step in self.steps]
+        trace = [number for number in numbers if number is not None]
+        try:
+            return replay(subject.net, trace)[-1] if len(trace) == len(numbers) else None
+        except WitnessError:
+            return None
 
     def to_dict(self) -> dict[str, Any]:
         """Return the witness for JSON."""

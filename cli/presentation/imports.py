@@ -18,24 +18,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ImportReport:
-    """The report of an import.
-
-    Attributes
-    ----------
-    findings : sequence of Finding
-        Faults that are visible from ports.
-    output, given : Path
-        The model, and the file of what is given.
-    is_given_written : bool
-        Whether that file is new.
-    """
+    """The report of an import."""
 
     system: ObservedSystem
     imported: Imported
     findings: Sequence[Finding]
+    """Faults that are visible from ports."""
     output: Path
     given: Path
+    """`output`, `given`: the model, and the file of what is given."""
     is_given_written: bool
+    """Whether that file is new."""
 
 
 def print_import(report: ImportReport, as_json: bool) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from dineros.cli.analysing import say_witness
-from dineros.cli.console import say, say_json, shown_figure
+from dineros.cli.console import say, say_figures, say_json
 from dineros.cli.presentation.answers import assumes_field, say_assumes, say_times, times_fields
 from dineros.cli.presentation.evidence import say_confirmation
 
@@ -67,17 +67,13 @@ def say_state_space(
         more |= times_fields(times, False)
         say_json({**figures, **more, **({"rest": rest} if rest else {}), **assumes_field(assumes)})
     else:
-        for name, value in figures.items():
-            if value not in (None, ""):
-                of_which = " (of the reduced net)" if asked["reduced"] and name in _OF_THE_REDUCED_NET else ""
-                say(f"{name.replace('_', ' '):22} {shown_figure(name, value)}{of_which}")
+        notes = dict.fromkeys(_OF_THE_REDUCED_NET if asked["reduced"] else (), " (of the reduced net)")
+        say_figures(figures, notes=notes)
         if pumping is not None:
             say_witness(pumping)
         if rest:
             say(f"without places that no transition takes from ({', '.join(rest.pop('without'))}):")
-        for name, value in rest.items():
-            if value not in (None, ""):
-                say(f"  {name.replace('_', ' '):21} {shown_figure(name, value)}")
+        say_figures(rest, indent="  ")
         if times is not None:
             say_times(times, times.of_counts)
         say_assumes(assumes)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from dineros.cli.console import note, warn
 
@@ -64,6 +64,13 @@ def load_places(trace: Trace) -> dict[str, Queue]:
         channel, end = queue.elements
         found[queue.load] = (channel, queue.kind, end)
     return found
+
+
+def witness_picture(witness: Witness, source: str, name: str) -> dict[str, Any]:
+    """Return the picture of a witness for a page."""
+    from dineros.views.traces.coding import TraceCoder
+
+    return TraceCoder(witness_builder(witness, source), name).snapshot()
 
 
 def witness_builder(witness: Witness, source: str, verdict: str | None = None) -> TraceBuilder:

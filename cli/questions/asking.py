@@ -38,44 +38,34 @@ if TYPE_CHECKING:
 
 @dataclass
 class Asking:
-    """The values of `question_options`: who answers a question, its evidence, and the output.
-
-    Attributes
-    ----------
-    model, settings, signals, overflow
-        The model's file, its changes, and the flattening.
-    certificate, confirm
-        Where a certificate is wanted; whether others are to decide again what rests on all markings.
-    timed : bool
-        Whether the answer is about the net with its firing intervals.
-    output, as_json
-        Where the run that shows the answer is written; whether JSON is printed.
-    is_proved : bool
-        Whether the certificate is written.
-    no_certificate : str
-        Why it is not, if that is not what the answer rests on.
-    times : LeftOutTimes or None
-        Firing intervals of the net, which no engine knows.
-    assumes : list of str
-        What answers about all runs assume, where the rules are stricter than ROS 2.
-    """
+    """The values of `question_options`: who answers a question, its evidence, and the output."""
 
     model: Path
     settings: tuple[str, ...]
     signals: str
     overflow: str
+    """`model`, `settings`, `signals`, `overflow`: the model's file, its changes, and the flattening."""
     engine: str
     scheduler: str | None
     certificate: Path | None
     confirm: bool
+    """`certificate`, `confirm`: where a certificate is wanted; whether others are to decide again what rests
+    on all markings.
+    """
     output: Path | None
     as_json: bool
+    """`output`, `as_json`: where the run that shows the answer is written; whether JSON is printed."""
     timed: bool = False
+    """Whether the answer is about the net with its firing intervals."""
     is_proved: bool = False
+    """Whether the certificate is written."""
     no_certificate: str = ""
+    """Why it is not, if that is not what the answer rests on."""
     confirmation: Confirmation | None = None
     times: LeftOutTimes | None = None
+    """Firing intervals of the net, which no engine knows."""
     assumes: list[str] = field(default_factory=list)
+    """What answers about all runs assume, where the rules are stricter than ROS 2."""
 
     def refuse_tina_on_workers(self) -> None:
         """Reject options that exclude each other; raises `UsageError`."""

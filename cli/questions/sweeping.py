@@ -19,31 +19,21 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Sweeping:
-    """The options for counting the points of a sweep.
-
-    Attributes
-    ----------
-    model, settings
-        The model's file, and its changes before features are varied.
-    engine : str
-        Who counts a point.
-    workers : int or None
-        Points at a time on this machine; one for each processor unless given.
-    scheduler : str or None
-        Address of a Dask scheduler whose workers count instead.
-    point_timeout : float or None
-        Seconds for one point.
-    as_json : bool
-        Whether what is kept of a sweep that ends early is printed as JSON.
-    """
+    """The options for counting the points of a sweep."""
 
     model: Path
     settings: tuple[str, ...]
+    """`model`, `settings`: the model's file, and its changes before features are varied."""
     engine: str
+    """Who counts a point."""
     workers: int | None
+    """Points at a time on this machine; one for each processor unless given."""
     scheduler: str | None
+    """Address of a Dask scheduler whose workers count instead."""
     point_timeout: float | None
+    """Seconds for one point."""
     as_json: bool
+    """Whether what is kept of a sweep that ends early is printed as JSON."""
 
     def count(self, net: pn.Net, grid: Grid, table: Path) -> Outcome:
         """Count all points, and write the table.

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from dineros.cli.analysing import HOLDS, UNKNOWN, load_valid
-from dineros.cli.console import say, say_json, shown_figure
-from dineros.cli.models import rules_of
+from dineros.cli.analysing import HOLDS, UNKNOWN, load_valid, variant_fields
+from dineros.cli.console import say_figures, say_json
+from dineros.cli.models import errors_of
 from dineros.cli.options import Adds
 from dineros.cli.presentation.answers import assumes_field, say_assumes
 from dineros.cli.searching import search
@@ -34,15 +34,11 @@ def time_option(help: str) -> Adds:
 def load_timed_subject(path: Path, settings: Sequence[str], signals: str, overflow: str) -> TimedSubject:
     """Read a model, reject an invalid one, flatten a system model, and compile it with its times."""
     from dineros.analysis.timed.timed_subject import timed_subject_of
-    from dineros.metamodel.errors import DinerosError, Location
 
     model = load_valid(path, settings)
     search().stage("flattening")
-    try:
+    with errors_of(path):
         return timed_subject_of(model, signals, overflow)  # type: ignore[arg-type]
-    except DinerosError as error:
-        error.location = error.location or Location(path)
-        raise
 
 
 def quickest_way(subject: Subject, kind: str, goal: str) -> tuple[Outcome, dict[str, object]]:
@@ -58,49 +54,34 @@ def quickest_way(subject: Subject, kind: str, goal: str) -> tuple[Outcome, dict[
     return replace(found.outcome, reason=reason), found.to_dict()
 
 
-@dataclass(frozen=True)
-class TimedCount:
-    """The options of `statespace --time`."""
-
-    model: Path
-    settings: tuple[str, ...]
-    signals: str
-    overflow: str
-    construction: Kind | None
-    engine: str
-    confirm: bool
-    as_json: bool
-
-
-def count_with_time(asked: TimedCount) -> int:
-    """Count a timed state space and print it; return the exit status."""
+def count_with_time(
+    model: Path,
+    settings: Sequence[str],
+    signals: str,
+    overflow: str,
+    construction: Kind | None,
+    engine: str,
+    confirm: bool,
+    as_json: bool,
+) -> int:
+    """Count a timed state space and print it, by the options of `statespace`; return the exit status."""
     from dineros.analysis.model.assumptions import of_source
     from dineros.analysis.timed.state_space import unfinished_timed
 
     run = search()
-    subject = load_timed_subject(asked.model, asked.settings, asked.signals, asked.overflow)
+    subject = load_timed_subject(model, settings, signals, overflow)
     net = subject.timed
-    kind: Kind = asked.construction or ("S" if net.has_priorities else "W")
-    engine = "classes" if asked.engine == "auto" else asked.engine
-    flattened = subject.flattened is not None
-    about = {
-        "model": str(asked.model),
-        "signals": asked.signals if flattened else None,
-        "overflow": asked.overflow if flattened else None,
-        **rules_of(subject.model),
-    }
+    kind: Kind = construction or ("S" if net.has_priorities else "W")
+    engine = "classes" if engine == "auto" else engine
+    about, assumes = variant_fields(subject, model, signals, overflow), of_source(subject.model)
     confirmed: dict[str, object] = {}
-
-    assumes = of_source(subject.model)
 
     def tell(space: TimedStateSpace) -> int:
         figures = {**about, **space.to_dict(), **confirmed}
-        if asked.as_json:
+        if as_json:
             say_json({**figures, **assumes_field(assumes)})
         else:
-            for name, value in figures.items():
-                if value not in (None, ""):
-                    say(f"{name.replace('_', ' '):22} {shown_figure(name, value)}")
+            say_figures(figures)
             say_assumes(assumes)
         return HOLDS if space.complete else UNKNOWN
 
@@ -111,7 +92,7 @@ def count_with_time(asked: TimedCount) -> int:
     run.draft(so_far)
     budget = run.budget()
     space = _counted(net, kind, engine, budget)
-    if asked.confirm and space.complete:
+    if confirm and space.complete:
         run.stage("confirming the counts")
         space, said = _confirmed(space, net, kind, engine, budget)
         confirmed.update(said)

@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from dineros.cli.analysing import HOLDS, UNKNOWN, VIOLATED, load_valid, reading_formula
+from dineros.cli.analysing import HOLDS, STATUSES, UNKNOWN, VIOLATED, load_valid, reading_formula
 from dineros.cli.models import rules_of
 from dineros.cli.presentation.answers import say_needed_fairness, say_unfairness, say_verdict
 from dineros.cli.questions.asking import Asking, run_shown
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from dineros.analysis.questions.needed_fairness import NeededFairness
     from dineros.analysis.questions.net_questions import Question
     from dineros.analysis.symbolic.order_cache import OrderCache
+    from dineros.analysis.witnesses.witness import Witness
     from dineros.metamodel import sym
 
 
@@ -69,7 +70,7 @@ def verify_formula(
         of_all = _is_of_all_runs(logic, formula, verdict.status)
         more["is_shown_by_run"] = _is_shown_by_run(logic, formula, verdict)
         asking.tell(verdict, witness, formula, say_text, told, is_universal=of_all, unfair=named, **more)
-        return {"holds": HOLDS, "violated": VIOLATED, "unknown": UNKNOWN}[verdict.status]
+        return STATUSES[verdict.status]
 
     run.draft(lambda ending: say(run.unknown(ending)))
     subject = asking.subject()
@@ -114,31 +115,29 @@ def verify_stored(asking: Asking, name: str, orders: OrderCache | None) -> int:
         return _verify_latency(asking, property, rules_of(net))
     with reading_formula(f"property {property.id}"):
         stored = asked(property, overflow=asking.overflow, is_timed=asking.timed)  # type: ignore[arg-type]
-    is_expected, reading, text = bool(property.expected), stored.reading, str(property.text)
-    first: dict[str, object] = {
+    reading, formula = stored.reading, str(stored.reading.formula)
+    first = {
         **rules_of(net),
         "property": str(property.id),
-        "text": text,
-        "formula": str(reading.formula),
-        "expected": is_expected,
+        "text": str(property.text),
+        "formula": formula,
+        "expected": bool(property.expected),
     }
 
     def say(verdict: Outcome) -> int:
         witness = run_shown(stored.subject, verdict)
-        line = f"{property.id}: {text}{'' if is_expected else '; expected not to hold'}"
-        is_linear = reading.logic == "ltl" and not reading.is_negated
-        say_text = partial(
-            say_verdict, verdict, line, witness, asking.model, asking.output, is_linear=is_linear
-        )
         answered = {"holds": "violated", "violated": "holds"} if reading.is_negated else {}
         status = answered.get(verdict.status, verdict.status)
-        formula = str(reading.formula)
-        of_all = _is_of_all_runs(reading.logic, formula, status)
-        shown = _is_shown_by_run(reading.logic, formula, replace(verdict, status=status))
-        asking.tell(verdict, witness, text, say_text, first, is_universal=of_all, is_shown_by_run=shown)
-        if verdict.status == "unknown":
-            return UNKNOWN
-        return HOLDS if (verdict.status == "holds") == is_expected else VIOLATED
+        return _tell_stored(
+            asking,
+            property,
+            verdict,
+            witness,
+            first,
+            is_linear=reading.logic == "ltl" and not reading.is_negated,
+            is_universal=_is_of_all_runs(reading.logic, formula, status),
+            is_shown_by_run=_is_shown_by_run(reading.logic, formula, replace(verdict, status=status)),
+        )
 
     run.draft(lambda ending: say(run.unknown(ending)))
     more: dict[str, Any] = {"weak": stored.weak, "strong": stored.strong}
@@ -150,14 +149,7 @@ def verify_stored(asking: Asking, name: str, orders: OrderCache | None) -> int:
         signals = BASE if signals == "none" else signals
         if isinstance(question, Linear):
             question = replace(question, weak=(), strong=())  # it is decided for all runs
-    verdict = asking.answer(
-        stored.subject,
-        reading.logic,
-        str(reading.formula),
-        question,
-        signals=signals,
-        **more,
-    )
+    verdict = asking.answer(stored.subject, reading.logic, formula, question, signals=signals, **more)
     with run.answer():
         return say(stored.verdict(verdict))
 
@@ -167,17 +159,14 @@ def _verify_latency(asking: Asking, property: sym.Property, rules: Mapping[str, 
     from dineros.analysis.requirements.asking import question_of
 
     run = search()
-    is_expected, text = bool(property.expected), str(property.text)
-    first = {**rules, "property": str(property.id), "text": text, "expected": is_expected}
+    about = {"property": str(property.id), "text": str(property.text), "expected": bool(property.expected)}
 
     def say(verdict: Outcome) -> int:
         witness = run_shown(stored.subject, verdict) if verdict.stem else None
-        shown = f"{property.id}: {text}{'' if is_expected else '; expected not to hold'}"
-        say_text = partial(say_verdict, verdict, shown, witness, asking.model, asking.output, is_linear=False)
-        asking.tell(verdict, witness, text, say_text, first, is_universal=verdict.status == "holds")
-        if verdict.status == "unknown":
-            return UNKNOWN
-        return HOLDS if (verdict.status == "holds") == is_expected else VIOLATED
+        first, is_universal = {**rules, **about}, verdict.status == "holds"
+        return _tell_stored(
+            asking, property, verdict, witness, first, is_linear=False, is_universal=is_universal
+        )
 
     run.draft(lambda ending: say(run.unknown(ending)))
     asking.refuse_tina_on_workers()
@@ -192,6 +181,29 @@ def _verify_latency(asking: Asking, property: sym.Property, rules: Mapping[str, 
         asking.confirmation = Confirmation(None, reason="only one engine decides latencies")
     with run.answer():
         return say(verdict)
+
+
+def _tell_stored(
+    asking: Asking,
+    property: sym.Property,
+    verdict: Outcome,
+    witness: Witness | None,
+    first: Mapping[str, object],
+    *,
+    is_linear: bool,
+    is_universal: bool,
+    is_shown_by_run: bool = False,
+) -> int:
+    """Print the answer to a stored property; return the exit status: whether it is as expected."""
+    is_expected, text = bool(property.expected), str(property.text)
+    line = f"{property.id}: {text}{'' if is_expected else '; expected not to hold'}"
+    say = partial(say_verdict, verdict, line, witness, asking.model, asking.output, is_linear=is_linear)
+    asking.tell(
+        verdict, witness, text, say, first, is_universal=is_universal, is_shown_by_run=is_shown_by_run
+    )
+    if verdict.status == "unknown":
+        return UNKNOWN
+    return HOLDS if (verdict.status == "holds") == is_expected else VIOLATED
 
 
 def _is_of_all_runs(logic: str, formula: str, status: str) -> bool:

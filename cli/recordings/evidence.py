@@ -23,35 +23,24 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Evidence:
-    """Observations, with their proposals.
-
-    Attributes
-    ----------
-    source : Path
-        The source of the messages to explain: the recording, or else the tracing files.
-    proposals : list of Proposal
-        Of both.
-    recorded, messages
-        What is explained.
-    calls : mapping
-        What services report about their calls in the recording.
-    untaken : sequence of Untaken
-        Responses in the recording that no client took.
-    traced : Traced or None
-        What is counted of tracing files.
-    times : list of TimeProposal
-        Durations, periods and jitter.
-    """
+    """Observations, with their proposals."""
 
     source: Path
+    """The source of the messages to explain: the recording, or else the tracing files."""
     tracing: Path | None
     proposals: list[Proposal]
+    """Of both."""
     recorded: Collection[RecordedTopic]
     messages: Messages
+    """`recorded`, `messages`: what is explained."""
     calls: Mapping[str, Calls]
+    """What services report about their calls in the recording."""
     untaken: Sequence[Untaken]
+    """Responses in the recording that no client took."""
     traced: Traced | None
+    """What is counted of tracing files."""
     times: list[TimeProposal]
+    """Durations, periods and jitter."""
 
 
 def gathered(

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from dineros.cli.analysing import HOLDS, UNKNOWN, VIOLATED, write_witness
+from dineros.cli.analysing import STATUSES, VIOLATED, write_witness
 from dineros.cli.console import note, say, say_json, summarise, warn
 from dineros.cli.models import load_valid_system, say_rules
 from dineros.cli.observing import opened
@@ -16,8 +16,6 @@ from dineros.metamodel.errors import counted
 if TYPE_CHECKING:
     from dineros.observation.explaining import RecordingVerdict
     from dineros.observation.recordings import Untaken
-
-_STATUS = {"conforms": HOLDS, "violated": VIOLATED, "unknown": UNKNOWN}
 
 
 def explain_bag(
@@ -74,7 +72,7 @@ def _report(
     verdict: RecordingVerdict, untaken: Sequence[Untaken], model: Path, midway: bool, as_json: bool
 ) -> int:
     """Print the result; return the exit status, which is also 1 if a response was not taken."""
-    status = VIOLATED if untaken and verdict.status == "conforms" else _STATUS[verdict.status]
+    status = VIOLATED if untaken and verdict.status == "conforms" else STATUSES[verdict.status]
     if as_json:
         say_json({**verdict.to_dict(str(model)), "untaken": [each._asdict() for each in untaken]})
         return status

@@ -9,7 +9,7 @@ from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from dineros.cli.analysing import HOLDS, UNKNOWN, VIOLATED, write_witness
+from dineros.cli.analysing import STATUSES, UNKNOWN, VIOLATED, write_witness
 from dineros.cli.console import note, say, say_json, summarise
 from dineros.cli.models import load_valid_system, say_rules, say_what_is_by_hand
 from dineros.cli.presentation.findings import print_report
@@ -79,8 +79,7 @@ def replay(
         else:
             report = report_of(verdict, times.breaches)
             print_report(report, system, model, format, False, faults(), "conform")
-    status = {"conforms": HOLDS, "violated": VIOLATED, "unknown": UNKNOWN}[verdict.status]
-    return VIOLATED if broken or times.breaches else status
+    return VIOLATED if broken or times.breaches else STATUSES[verdict.status]
 
 
 def _print_invariants(invariants: Sequence[str], broken: Mapping[str, int]) -> None:

@@ -47,42 +47,32 @@ class RosOptions:
 
 @dataclass(frozen=True)
 class Options:
-    """Options of a run.
-
-    Attributes
-    ----------
-    until : str or None
-        The condition that ends it.
-    timeout : float or None
-        Seconds after which it ends.
-    trace : Path or None
-        Folder for the traces; None: they are removed after the run.
-    seed : int or None
-        Seed of the firing selections.
-    watchdog : float or None
-        Seconds after which a handler that blocks its node is named; 0: never, None: as the nodes
-        themselves say.
-    is_resumed, is_monitored, is_shown : bool
-        Whether it continues from the traces, is replayed on the model meanwhile, has a page that follows it.
-    ros : RosOptions or None
-        How it runs on ROS; None: in this process.
-    is_simulated : bool
-        In this process: whether time is simulated.
-    speed : float or None
-        Simulated seconds in a second, at most; None: as many as can.
-    """
+    """Options of a run."""
 
     until: str | None = None
+    """The condition that ends it."""
     timeout: float | None = None
+    """Seconds after which it ends."""
     trace: Path | None = None
+    """Folder for the traces; None: they are removed after the run."""
     seed: int | None = None
+    """Seed of the firing selections."""
     watchdog: float | None = None
+    """Seconds after which a handler that blocks its node is named; 0: never, None: as the nodes themselves
+    say.
+    """
     is_resumed: bool = False
     is_monitored: bool = False
     is_shown: bool = False
+    """`is_resumed`, `is_monitored`, `is_shown`: whether it continues from the traces, is replayed on the
+    model meanwhile, has a page that follows it.
+    """
     ros: RosOptions | None = None
+    """How it runs on ROS; None: in this process."""
     is_simulated: bool = False
+    """In this process: whether time is simulated."""
     speed: float | None = None
+    """Simulated seconds in a second, at most; None: as many as can."""
 
 
 @dataclass(frozen=True)

@@ -17,19 +17,13 @@ Fields = dict[str, FieldType]
 
 
 class Decision(NamedTuple):
-    """The guard and the assignments of a transition; places are given by their ids in the net.
-
-    Attributes
-    ----------
-    takes, reads : mapping of str to Condition
-        For each place that it takes from or reads, the condition for the token.
-    assigns : mapping
-        For each place and field, a value, or the place and field that are copied.
-    """
+    """The guard and the assignments of a transition; places are given by their ids in the net."""
 
     takes: Mapping[str, Condition]
     reads: Mapping[str, Condition]
+    """`takes`, `reads`: for each place that it takes from or reads, the condition for the token."""
     assigns: Mapping[str, Mapping[str, Any]]
+    """For each place and field, a value, or the place and field that are copied."""
 
 
 class Decisions:

@@ -15,22 +15,15 @@ from dineros.analysis.timed.exploring import Explored
 
 @dataclass
 class StartOfInstance:
-    """What a release does that an observer may choose.
-
-    Attributes
-    ----------
-    begins, measures : dict from str to int
-        What the observer takes and puts when it chooses the release.
-    plain : Case
-        The case in which it does not.
-    arms : list of Case
-        Cases in which it starts its clock, and follows the next release.
-    """
+    """What a release does that an observer may choose."""
 
     begins: dict[str, int]
     measures: dict[str, int]
+    """`begins`, `measures`: what the observer takes and puts when it chooses the release."""
     plain: Case = PLAIN
+    """The case in which it does not."""
     arms: list[Case] = field(default_factory=list)
+    """Cases in which it starts its clock, and follows the next release."""
 
 
 class FollowedMessages:

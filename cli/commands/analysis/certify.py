@@ -9,6 +9,7 @@ import click
 
 from dineros.cli.analysing import HOLDS, VIOLATED, load_valid
 from dineros.cli.console import say, say_json
+from dineros.cli.models import errors_of
 from dineros.cli.options import json_option, model_argument
 from dineros.cli.searching import search
 from dineros.cli.supervising import search_command
@@ -39,21 +40,17 @@ def certify(model: Path, certificate: Path, as_json: bool) -> int:
     from dineros.analysis.timed.timed_subject import TimedSubject
     from dineros.cli.presentation.evidence import facts_text
     from dineros.metamodel import sym
-    from dineros.metamodel.errors import DinerosError, Location
 
     found = read_certificate(certificate)
     net = load_valid(model, found["settings"])
     search().stage("checking the certificate")
     subject = subject_as(net, found["signals"], found["overflow"], found["format"] == TIMED_FORMAT)
-    try:
+    with errors_of(certificate):
         reason = difference(found, subject)
         if not reason and isinstance(subject, TimedSubject):
             reason = timed_refutation(found, subject)
         elif not reason:
             reason = refutation(found, subject)
-    except DinerosError as error:
-        error.location = error.location or Location(certificate)
-        raise
     asked, answer = found["question"], found["answer"]
     if as_json:
         report = {"certificate": str(certificate), "valid": not reason, "reason": reason}

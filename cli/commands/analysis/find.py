@@ -7,14 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from dineros.cli.analysing import (
-    HOLDS,
-    UNKNOWN,
-    VIOLATED,
-    question_options,
-    reading_formula,
-    search_order_option,
-)
+from dineros.cli.analysing import STATUSES, question_options, reading_formula, search_order_option
 from dineros.cli.models import rules_of
 from dineros.cli.options import model_argument
 from dineros.cli.presentation.answers import say_way
@@ -73,7 +66,7 @@ def find(enabled: str | None, marking: str | None, order: Order, quickest: bool,
         never = answer.status == "unreachable"
         last["is_shown_by_run"] = not never and "deadlock" not in goal
         asking.tell(answer, witness, goal, shown, told, is_universal=never, is_timed=False, **last)
-        return {"reachable": HOLDS, "unreachable": VIOLATED, "unknown": UNKNOWN}[answer.status]
+        return STATUSES[answer.status]
 
     run.draft(lambda ending: say(run.unknown(ending)))
     subject = asking.subject()

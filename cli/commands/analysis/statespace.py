@@ -16,11 +16,11 @@ from dineros.cli.analysing import (
     load_subject,
     orders_beside,
     search_order_option,
+    variant_fields,
 )
-from dineros.cli.models import rules_of
 from dineros.cli.options import json_option, model_argument, settings_option, variant_options
 from dineros.cli.presentation.state_spaces import say_state_space
-from dineros.cli.questions.timed import TimedCount, count_with_time, time_option
+from dineros.cli.questions.timed import count_with_time, time_option
 from dineros.cli.quick_start import start_quickly
 from dineros.cli.searching import search
 from dineros.cli.supervising import search_command
@@ -96,8 +96,7 @@ def statespace(
             raise click.UsageError(
                 "--engine integer builds no state classes, so it cannot be combined with --classes"
             )
-        asked_of = TimedCount(model, settings, signals, overflow, construction, engine, confirm, as_json)
-        return count_with_time(asked_of)
+        return count_with_time(model, settings, signals, overflow, construction, engine, confirm, as_json)
     if engine in ("classes", "integer") or construction is not None:
         raise click.UsageError("--classes and --engine classes or integer require --time")
     start_quickly(model)
@@ -108,14 +107,7 @@ def statespace(
     subject, run = load_subject(model, settings, signals, overflow), search()
     net = subject.net
     count = reduced_state_space if reduce else state_space
-    flattened = subject.flattened is not None
-    asked: dict[str, object] = {
-        "model": str(model),
-        "signals": signals if flattened else None,
-        "overflow": overflow if flattened else None,
-        **rules_of(subject.model),
-        "reduced": reduce,
-    }
+    asked = {**variant_fields(subject, model, signals, overflow), "reduced": reduce}
     confirmed: list[Confirmation | None] = [None] if confirm else []
 
     def say(space: StateSpace) -> int:

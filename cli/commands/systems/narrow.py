@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from dineros.cli.analysing import HOLDS, UNKNOWN, VIOLATED
+from dineros.cli.analysing import HOLDS, STATUSES, VIOLATED
 from dineros.cli.models import load_valid_system, refuse_invalid
 from dineros.cli.observing import recording_options
 from dineros.cli.options import ModelPath, json_option, model_argument, output_option
@@ -171,5 +171,4 @@ def narrow(
             print_narrowed(made, output, evidence)
     if evidence.untaken and (made is None or made.verdict.status == "conforms"):
         return VIOLATED
-    statuses = {"conforms": HOLDS, "violated": VIOLATED, "unknown": UNKNOWN}
-    return HOLDS if made is None else statuses[made.verdict.status]
+    return HOLDS if made is None else STATUSES[made.verdict.status]

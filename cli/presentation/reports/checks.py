@@ -9,7 +9,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from dineros.cli.console import warn
+from dineros.cli.outputs import write_page
+from dineros.cli.presentation.traces import witness_picture
 from dineros.cli.searching import Limits, search
 
 if TYPE_CHECKING:
@@ -31,7 +32,6 @@ def write_check_report(
     Lines of source code are shown from the current folder, or from the given ones.
     """
     from dineros.analysis.witnesses.code_lines import CodeLines
-    from dineros.metamodel.files.atomic import write_atomically
     from dineros.views.reports.check_report import CheckContent, check_page
     from dineros.views.reports.excerpts import Excerpts
 
@@ -54,10 +54,7 @@ def write_check_report(
         accepted=_accepted(report),
         notes=_notes(report, net),
     )
-    page, failure = check_page(content, net)
-    write_atomically(output, page.encode())
-    if failure is not None:
-        warn(f"{output}: without pictures: {failure}")
+    write_page(output, *check_page(content, net), "pictures")
 
 
 def _notes(report: Report, net: pn.Net) -> list[str]:
@@ -85,12 +82,8 @@ def _entry(finding: Finding, source: str) -> FindingEntry:
 
     view, steps, times, loop = None, [], [], None
     if finding.witness is not None and finding.witness.steps:
-        from dineros.cli.presentation.traces import witness_builder
-        from dineros.views.traces.coding import TraceCoder
-
-        builder = witness_builder(finding.witness, source)
-        view = TraceCoder(builder, finding.rule).snapshot()
         found = finding.witness
+        view = witness_picture(found, source, finding.rule)
         steps, times = [step.text for step in found.steps], [step.time for step in found.steps]
         loop = found.loop
     return FindingEntry(

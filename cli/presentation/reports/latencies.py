@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from dineros.cli.console import warn
+from dineros.cli.outputs import write_page
+from dineros.cli.presentation.traces import witness_picture
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -48,7 +49,6 @@ def write_latency_page(
     """
     from dineros.analysis.latencies.paths import callback_pages
     from dineros.metamodel.elements import label, node_net_of
-    from dineros.metamodel.files.atomic import write_atomically
     from dineros.metamodel.times.given import duration_of, period_of
     from dineros.views.reports.latency_report import CallbackRow, LatencyContent, latency_page
 
@@ -72,12 +72,7 @@ def write_latency_page(
                 None if share is None else float(share),
             )
         )
-    view = None
-    if worst is not None:
-        from dineros.cli.presentation.traces import witness_builder
-        from dineros.views.traces.coding import TraceCoder
-
-        view = TraceCoder(witness_builder(worst[1], str(source)), worst[0]).snapshot()
+    view = None if worst is None else witness_picture(worst[1], str(source), worst[0])
     content = LatencyContent(
         title=model.name or model.id,
         source=str(source),
@@ -94,10 +89,7 @@ def write_latency_page(
         view=view,
         notes=notes,
     )
-    page_text, failure = latency_page(content)
-    write_atomically(output, page_text.encode())
-    if failure is not None:
-        warn(f"{output}: without a picture: {failure}")
+    write_page(output, *latency_page(content))
 
 
 def _seconds(value: float) -> str:

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from dineros.cli.console import say, say_json, summarise, warn
 from dineros.cli.models import load_valid_system
+from dineros.cli.outputs import write_page
+from dineros.cli.presentation.traces import witness_picture
 from dineros.metamodel.errors import counted
 
 if TYPE_CHECKING:
@@ -53,8 +55,8 @@ def simulate_times_of(
         say(f"callback {times.first} responds: {_summary(times)}")
     for times in found.chains:
         say(f"{times.first} to {times.last}: {_summary(times)}")
-    for place, count in sorted(found.lost.items()):
-        say(f"reader {place} lost {counted(count, 'message')}")
+    for line in _losses(found):
+        say(line)
     summarise(f"{model}: simulated {found.seconds:g} s, seed {seed}: {counted(found.firings, 'firing')}")
     return 0
 
@@ -62,11 +64,8 @@ def simulate_times_of(
 def _write_page(report: Path, model: Path, system: sym.SystemModel, found: Simulated, seed: int) -> None:
     """Write histograms, and the first part of the run on a time axis."""
     from dineros.analysis.timed_runs.simulating import histogram
-    from dineros.cli.presentation.traces import witness_builder
-    from dineros.metamodel.files.atomic import write_atomically
     from dineros.observation.measuring.samples import duration_text
     from dineros.views.reports.simulation_report import Histogram, SimulationContent, simulation_page
-    from dineros.views.traces.coding import TraceCoder
 
     shown = []
     for times in (*found.responses, *found.chains):
@@ -77,23 +76,21 @@ def _write_page(report: Path, model: Path, system: sym.SystemModel, found: Simul
         shown.append(Histogram(name, _summary(times), *ends, bars["counts"]))
     view = None
     if found.run is not None:
-        view = TraceCoder(witness_builder(found.run, str(model)), "simulated run").snapshot()
+        view = witness_picture(found.run, str(model), "simulated run")
         view["cause"] = None  # the run shows nothing that is wrong
-    notes = [
-        f"reader {place} lost {counted(count, 'message')}" for place, count in sorted(found.lost.items())
-    ]
     content = SimulationContent(
         title=str(system.name or system.id),
         source=str(model),
         what=f"{found.seconds:g} s, seed {seed}, {counted(found.firings, 'firing')}",
         histograms=shown,
-        notes=[*notes, *found.missing],
+        notes=[*_losses(found), *found.missing],
         view=view,
     )
-    page, failure = simulation_page(content)
-    write_atomically(report, page.encode())
-    if failure is not None:
-        warn(f"{report}: without a picture: {failure}")
+    write_page(report, *simulation_page(content))
+
+
+def _losses(found: Simulated) -> list[str]:
+    return [f"reader {place} lost {counted(count, 'message')}" for place, count in sorted(found.lost.items())]
 
 
 def _summary(times: SimulatedTimes) -> str:
