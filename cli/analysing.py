@@ -7,17 +7,18 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import click
-
 from dineros.cli.console import say
 from dineros.cli.models import errors_of, load_named, refuse_invalid, rules_of, say_rules
 from dineros.cli.options import (
     Adds,
-    ModelPath,
+    choice_option,
+    flag,
     json_option,
+    model_path_option,
     output_option,
     settings_option,
     together,
+    value_option,
     variant_options,
 )
 from dineros.cli.searching import search
@@ -37,38 +38,27 @@ STATUSES = {
 }
 """Exit status of each answer."""
 
-engine_option: Adds = click.option(
-    "--engine",
-    type=click.Choice(["auto", "tina"]),
-    default="auto",
-    show_default=True,
-    help="The engines of DiNeROS, or TINA if it is on the PATH.",
+engine_option: Adds = choice_option(
+    "--engine", ("auto", "tina"), "The engines of DiNeROS, or TINA if it is on the PATH."
 )
 """The options that select who answers a question."""
 
-certificate_option: Adds = click.option(
-    "--certificate",
-    type=ModelPath(),
-    metavar="FILE",
-    help="Write the proof of an answer (.json), for 'dineros certify': by structure, induction, or times.",
+certificate_option: Adds = model_path_option(
+    "--certificate FILE",
+    "Write the proof of an answer (.json), for 'dineros certify': by structure, induction, or times.",
 )
 
-confirm_option: Adds = click.option(
-    "--confirm",
-    is_flag=True,
-    help="Decide answers about all markings again, by another engine or another order of levels.",
+confirm_option: Adds = flag(
+    "--confirm", "Decide answers about all markings again, by another engine or another order of levels."
 )
 
-scheduler_option: Adds = click.option(
-    "--scheduler",
-    metavar="ADDRESS",
-    help="Use the workers of this Dask scheduler, such as tcp://10.0.0.1:8786.",
+scheduler_option: Adds = value_option(
+    "--scheduler ADDRESS", "Use the workers of this Dask scheduler, such as tcp://10.0.0.1:8786."
 )
 
-cache_option: Adds = click.option(
+cache_option: Adds = flag(
     "--no-cache",
-    is_flag=True,
-    help="Do not read or write orders of decision diagrams in .dineros/ in the model's folder; with "
+    "Do not read or write orders of decision diagrams in .dineros/ in the model's folder; with "
     "--source, read all code again.",
 )
 
@@ -89,14 +79,7 @@ question_options = together(
 
 def search_order_option(help: str) -> Adds:
     """Add `--search`, passed as `order`: the order of the explicit search."""
-    return click.option(
-        "--search",
-        "order",
-        type=click.Choice(["breadth-first", "depth-first"]),
-        default="breadth-first",
-        show_default=True,
-        help=help,
-    )
+    return choice_option("--search", ("breadth-first", "depth-first"), help, into="order")
 
 
 def orders_beside(model: Path, no_cache: bool) -> OrderCache | None:

@@ -13,7 +13,7 @@ import click
 
 from dineros.cli.console import note, warn
 from dineros.cli.models import change, refuse_invalid
-from dineros.cli.options import Adds, cache_folder, together
+from dineros.cli.options import Adds, cache_folder, flag, path_option, together, value_option
 from dineros.cli.searching import search
 
 if TYPE_CHECKING:
@@ -178,40 +178,24 @@ def faults_of_code() -> Mapping[str, Fault]:
     return {**TIMED_FAULTS, **mismatches.FAULTS, **code.FAULTS, missing.rule: missing}
 
 
-cache_option = click.option(
-    "--no-cache", is_flag=True, help="Read all source code again, and do not cache the result."
-)
+cache_option = flag("--no-cache", "Read all source code again, and do not cache the result.")
 
 
 def code_options() -> Adds:
     """Return the options that name source code."""
-    path = click.Path(path_type=Path)
     return together(
-        click.option(
-            "--source",
-            "folders",
+        path_option(
+            "--source FOLDER",
+            "Source code in Python and C++; it is read, never executed; repeatable.",
+            into="folders",
             multiple=True,
-            type=path,
-            metavar="FOLDER",
-            help="Source code in Python and C++; it is read, never executed; repeatable.",
         ),
-        click.option(
-            "--facts",
-            type=path,
-            metavar="FILE.json",
-            help="Write the facts found in the code, with their lines.",
+        path_option("--facts FILE.json", "Write the facts found in the code, with their lines."),
+        value_option(
+            "--launch FILE", "The launch file, in FOLDER, that starts the nodes; ARG:=VALUE may follow."
         ),
-        click.option(
-            "--launch",
-            metavar="FILE",
-            help="The launch file, in FOLDER, that starts the nodes; ARG:=VALUE may follow.",
-        ),
-        click.option(
-            "--idioms",
-            multiple=True,
-            type=path,
-            metavar="FILE.toml",
-            help="An additional table of library idioms; repeatable.",
+        path_option(
+            "--idioms FILE.toml", "An additional table of library idioms; repeatable.", multiple=True
         ),
         click.argument("arguments", nargs=-1, metavar="[ARG:=VALUE]..."),
     )

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import click
 
 from dineros.cli.console import warn
-from dineros.cli.options import Adds, invocation, together
+from dineros.cli.options import Adds, flag, invocation, path_option, together, value_option, values_option
 from dineros.cli.searching import search
 
 if TYPE_CHECKING:
@@ -97,41 +97,23 @@ def opened(bag: Path) -> Iterator[Recording]:
 
 
 source_options = together(
-    click.option("--graph", is_flag=True, help="Observe the graph of a running ROS 2 system."),
-    click.option(
-        "--bag",
-        type=click.Path(path_type=Path),
-        metavar="RECORDING",
-        help="Read a recording of rosbag2: its folder, or one .mcap or .db3 file.",
-    ),
-    click.option(
-        "--domain",
+    flag("--graph", "Observe the graph of a running ROS 2 system."),
+    path_option("--bag RECORDING", "Read a recording of rosbag2: its folder, or one .mcap or .db3 file."),
+    value_option(
+        "--domain N",
+        "The ROS domain of the graph.",
         type=click.IntRange(0, 101),
-        metavar="N",
         show_default="as ROS_DOMAIN_ID says",
-        help="The ROS domain of the graph.",
     ),
-    click.option(
-        "--namespace",
-        "namespaces",
-        multiple=True,
-        metavar="/NAME",
-        help="Only the nodes in a namespace; repeatable.",
-    ),
-    click.option(
-        "--without",
-        multiple=True,
-        metavar="/NODE",
-        help="Leave out a node, such as a recorder; repeatable.",
-    ),
-    click.option(
-        "--watch",
-        "seconds",
+    values_option("--namespace /NAME", "Only the nodes in a namespace; repeatable.", into="namespaces"),
+    values_option("--without /NODE", "Leave out a node, such as a recorder; repeatable."),
+    value_option(
+        "--watch SECONDS",
+        "How long the graph is watched; extended while new parts appear.",
+        into="seconds",
         type=click.FloatRange(0.0, 3600.0),
         default=3.0,
         show_default=True,
-        metavar="SECONDS",
-        help="How long the graph is watched; extended while new parts appear.",
     ),
 )
 """The options of a source, as in `Source`."""
@@ -144,17 +126,12 @@ def recording_options(when: str = "") -> Adds:
         return when + text if when else text.capitalize()
 
     return together(
-        click.option(
-            "--tolerance",
+        value_option(
+            "--tolerance S",
+            said("messages of different topics within this time may have been published in any order."),
             type=click.FloatRange(min=0, max=3600),
             default=0.001,
             show_default=True,
-            metavar="S",
-            help=said("messages of different topics within this time may have been published in any order."),
         ),
-        click.option(
-            "--midway",
-            is_flag=True,
-            help=said("the nodes may have run before the recorder was started."),
-        ),
+        flag("--midway", said("the nodes may have run before the recorder was started.")),
     )

@@ -144,6 +144,56 @@ def model_argument(*, required: bool = True) -> Adds:
     return click.argument("model", type=ModelPath(), metavar="MODEL", required=required)
 
 
+def flag(name: str, help: str, *, into: str | None = None) -> Adds:
+    """Add an option without a value; `into` is its parameter, if its name is another one."""
+    return click.option(*_names(name, into), is_flag=True, help=help)
+
+
+def value_option(usage: str, help: str, *, into: str | None = None, **more: Any) -> Adds:
+    """Add an option with a value.
+
+    Parameters
+    ----------
+    usage : str
+        The name and what help calls the value, such as ``--output FILE``.
+    into : str, optional
+        Its parameter, if its name is another one.
+    **more
+        As for `click.option`.
+    """
+    name, _, metavar = usage.partition(" ")
+    return click.option(*_names(name, into), metavar=metavar, help=help, **more)
+
+
+def values_option(usage: str, help: str, *, into: str | None = None) -> Adds:
+    """Add an option that may be given several times; see `value_option`."""
+    return value_option(usage, help, into=into, multiple=True)
+
+
+def path_option(usage: str, help: str, *, into: str | None = None, **more: Any) -> Adds:
+    """Add an option for a file or folder; see `value_option`."""
+    return value_option(usage, help, into=into, type=click.Path(path_type=Path), **more)
+
+
+def model_path_option(usage: str, help: str, *, into: str | None = None, **more: Any) -> Adds:
+    """Add an option for a file, which completes as `ModelPath`; see `value_option`."""
+    return value_option(usage, help, into=into, type=ModelPath(), **more)
+
+
+def choice_option(
+    name: str, choices: Sequence[str], help: str, *, into: str | None = None, default: str | None = None
+) -> Adds:
+    """Add an option with one of some values, by default the first one."""
+    chosen = choices[0] if default is None else default
+    return click.option(
+        *_names(name, into), type=click.Choice(choices), default=chosen, show_default=True, help=help
+    )
+
+
+def _names(name: str, into: str | None) -> tuple[str, ...]:
+    return (name,) if into is None else (name, into)
+
+
 def output_option(help: str, *, metavar: str = "OUT", required: bool = False) -> Adds:
     """Add the option `-o`, a file to write, passed as `output`."""
     return click.option("-o", "--output", type=ModelPath(), metavar=metavar, required=required, help=help)
@@ -151,40 +201,24 @@ def output_option(help: str, *, metavar: str = "OUT", required: bool = False) ->
 
 def format_option(what: str) -> Adds:
     """Add `--format`: how to print findings; `--json` is one of the formats."""
-    return click.option(
-        "--format",
-        type=click.Choice(["text", "json", "sarif", "junit"]),
-        default="text",
-        show_default=True,
-        help=f"How to print {what}; CI shows SARIF and JUnit.",
-    )
+    formats = ("text", "json", "sarif", "junit")
+    return choice_option("--format", formats, f"How to print {what}; CI shows SARIF and JUnit.")
 
 
 def reach_options(how_far: str) -> Adds:
     """Add `--domain` and `--reach`: the reach of ROS messages."""
     return together(
-        click.option(
-            "--domain",
-            type=click.IntRange(0, 101),
-            metavar="N",
-            help="ROS domain; by default ROS_DOMAIN_ID.",
-        ),
-        click.option(
-            "--reach",
-            type=click.Choice(["memory", "machine", "network"]),
-            default="machine",
-            show_default=True,
-            help=how_far,
-        ),
+        value_option("--domain N", "ROS domain; by default ROS_DOMAIN_ID.", type=click.IntRange(0, 101)),
+        choice_option("--reach", ("memory", "machine", "network"), how_far, default="machine"),
     )
 
 
 def rules_option(help: str) -> Adds:
     """Add the option `--rules`, a Python file with rules, passed as `rule_file`."""
-    return click.option("--rules", "rule_file", type=click.Path(path_type=Path), metavar="FILE.py", help=help)
+    return path_option("--rules FILE.py", help, into="rule_file")
 
 
-json_option: Adds = click.option("--json", "as_json", is_flag=True, help="Print one JSON object only.")
+json_option: Adds = flag("--json", "Print one JSON object only.", into="as_json")
 
 
 _MIDDLEWARE = f"{__name__}.middleware"
@@ -212,41 +246,26 @@ middleware_option: Adds = click.option(
 )
 """An additional entry of `settings`, so that records and journals also name it."""
 
-settings_option: Adds = click.option(
-    "--set",
-    "settings",
+settings_option: Adds = value_option(
+    "--set ELEMENT.FEATURE=VALUE",
+    "Change the model for this run, such as RedObjects.tokens=2; repeatable.",
+    into="settings",
     multiple=True,
-    metavar="ELEMENT.FEATURE=VALUE",
     callback=_with_middleware,
-    help="Change the model for this run, such as RedObjects.tokens=2; repeatable.",
 )
 
-theme_option: Adds = click.option(
-    "--theme",
-    type=click.Choice(["light", "dark"]),
-    default="light",
-    show_default=True,
-    help="Colours of .svg and .png.",
-)
+theme_option: Adds = choice_option("--theme", ("light", "dark"), "Colours of .svg and .png.")
 
 SIGNALS = ("none", "fully-enabled", "input-enabled", "io-enabled")
 OVERFLOW = ("weighted", "inhibitor")
 
 variant_options = together(
     middleware_option,
-    click.option(
-        "--signals",
-        type=click.Choice(SIGNALS),
-        default="input-enabled",
-        show_default=True,
-        help="When a signal may change.",
-    ),
-    click.option(
+    choice_option("--signals", SIGNALS, "When a signal may change.", default="input-enabled"),
+    choice_option(
         "--overflow",
-        type=click.Choice(OVERFLOW),
-        default="weighted",
-        show_default=True,
-        help="How a full queue loses messages: by weighted arcs, for tools; by inhibitor arcs, for readers.",
+        OVERFLOW,
+        "How a full queue loses messages: by weighted arcs, for tools; by inhibitor arcs, for readers.",
     ),
 )
 """The options of flattening a system model."""

@@ -8,15 +8,14 @@ import time
 import click
 
 from dineros.cli.console import summarise, working
-from dineros.cli.options import command
+from dineros.cli.options import command, value_option
 
 
 @command("dineros warm-up", "dineros warm-up --processes 1")
-@click.option(
-    "--processes",
+@value_option(
+    "--processes N",
+    "The number of parallel processes; by default one per core, up to eight.",
     type=click.IntRange(min=1, max=64),
-    metavar="N",
-    help="The number of parallel processes; by default one per core, up to eight.",
 )
 def warm_up(processes: int | None) -> int:
     """Compile the engines; otherwise the first questions after an installation compile them.

@@ -6,9 +6,7 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import click
-
-from dineros.cli.options import Adds, ModelPath, together
+from dineros.cli.options import Adds, model_path_option, together
 from dineros.cli.outputs import refuse_output
 
 if TYPE_CHECKING:
@@ -16,17 +14,12 @@ if TYPE_CHECKING:
     from dineros.metamodel import pn
 
 baseline_options: Adds = together(
-    click.option(
-        "--baseline",
-        type=ModelPath(),
-        metavar="FILE",
-        help="Report only what is not in FILE: a baseline, or the JSON or SARIF of an earlier check.",
+    model_path_option(
+        "--baseline FILE",
+        "Report only what is not in FILE: a baseline, or the JSON or SARIF of an earlier check.",
     ),
-    click.option(
-        "--write-baseline",
-        type=ModelPath(),
-        metavar="FILE",
-        help="Write the findings to a baseline (.json); they count as known.",
+    model_path_option(
+        "--write-baseline FILE", "Write the findings to a baseline (.json); they count as known."
     ),
 )
 

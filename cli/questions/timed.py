@@ -7,12 +7,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import click
-
 from dineros.cli.analysing import HOLDS, UNKNOWN, load_valid, variant_fields
 from dineros.cli.console import say_figures, say_json
 from dineros.cli.models import errors_of
-from dineros.cli.options import Adds
+from dineros.cli.options import Adds, flag
 from dineros.cli.presentation.answers import assumes_field, say_assumes
 from dineros.cli.searching import search
 
@@ -28,7 +26,7 @@ if TYPE_CHECKING:
 
 def time_option(help: str) -> Adds:
     """Add `--time`, passed as `timed`."""
-    return click.option("--time", "timed", is_flag=True, help=help)
+    return flag("--time", help, into="timed")
 
 
 def load_timed_subject(path: Path, settings: Sequence[str], signals: str, overflow: str) -> TimedSubject:

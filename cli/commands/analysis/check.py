@@ -22,12 +22,14 @@ from dineros.cli.analysing import (
 from dineros.cli.coding import Code, code_options, faults_of_code, model_of_code
 from dineros.cli.console import summarise, warn
 from dineros.cli.options import (
-    ModelPath,
+    flag,
     format_option,
     json_option,
     middleware_option,
     model_argument,
+    model_path_option,
     output_option,
+    path_option,
     settings_option,
 )
 from dineros.cli.presentation.evidence import (
@@ -70,44 +72,31 @@ ASKED_SHARE = 0.8
 )
 @model_argument(required=False)
 @code_options()
-@click.option(
-    "--given",
-    type=click.Path(path_type=Path),
-    metavar="FILE.toml",
-    help="With --source: facts that the code does not show, as for 'dineros import'.",
+@path_option(
+    "--given FILE.toml", "With --source: facts that the code does not show, as for 'dineros import'."
 )
 @format_option("the findings")
-@click.option(
+@flag(
     "--suggest-capacities",
-    is_flag=True,
-    help="Instead of checking: find the smallest capacity of each queue that loses no message.",
+    "Instead of checking: find the smallest capacity of each queue that loses no message.",
 )
-@click.option(
+@flag(
     "--suggest-callback-groups",
-    is_flag=True,
-    help="Instead of checking: find the least change of groups and threads so that no callback waits "
-    "forever.",
+    "Instead of checking: find the least change of groups and threads so that no callback waits forever.",
 )
-@click.option(
+@flag(
     "--suggest-start-order",
-    is_flag=True,
-    help="Instead of checking: find a start order of managed nodes in which no message is lost.",
+    "Instead of checking: find a start order of managed nodes in which no message is lost.",
 )
-@click.option(
-    "--behaviour",
-    is_flag=True,
-    help="Decide liveness, reversibility and home markings without a limit of their own.",
-)
+@flag("--behaviour", "Decide liveness, reversibility and home markings without a limit of their own.")
 @time_option("Take firing intervals into account; each finding has a schedule.")
-@click.option("--witnesses", is_flag=True, help="Print the steps that lead to each finding.")
+@flag("--witnesses", "Print the steps that lead to each finding.")
 @output_option(
     "Write a report (.html); or the witnesses of the findings to OUT, OUT with .2, .3 ... (JSON Lines)."
 )
-@click.option(
-    "--certificate",
-    type=ModelPath(),
-    metavar="FILE|FOLDER",
-    help="Write the proofs of answers, for 'dineros certify': in one file (.json), or one file each.",
+@model_path_option(
+    "--certificate FILE|FOLDER",
+    "Write the proofs of answers, for 'dineros certify': in one file (.json), or one file each.",
 )
 @baseline_options
 @confirm_option

@@ -9,7 +9,7 @@ import click
 
 from dineros.cli.analysing import STATUSES, question_options, reading_formula, search_order_option
 from dineros.cli.models import rules_of
-from dineros.cli.options import model_argument
+from dineros.cli.options import flag, model_argument, value_option
 from dineros.cli.presentation.answers import say_way
 from dineros.cli.questions.asking import Asking
 from dineros.cli.questions.timed import quickest_way, time_option
@@ -29,13 +29,13 @@ if TYPE_CHECKING:
     "dineros find race.net --time --quickest --enabled fast",
 )
 @model_argument()
-@click.option("--enabled", metavar="TRANSITION", help="Find a marking that enables a transition.")
-@click.option("--marking", metavar="EXPR", help="Find a marking with a property, such as 'Shown >= 2'.")
+@value_option("--enabled TRANSITION", "Find a marking that enables a transition.")
+@value_option("--marking EXPR", "Find a marking with a property, such as 'Shown >= 2'.")
 @search_order_option(
     "Breadth first finds a shortest firing sequence; depth first often finds a long one sooner."
 )
 @time_option("Take firing intervals into account; the firing sequence has a schedule.")
-@click.option("--quickest", is_flag=True, help="With --time: the firing sequence that takes the least time.")
+@flag("--quickest", "With --time: the firing sequence that takes the least time.")
 @question_options
 def find(enabled: str | None, marking: str | None, order: Order, quickest: bool, **options: Any) -> int:
     """Find a firing sequence to a marking: a shortest one, unless searched depth first or on a reduced net.

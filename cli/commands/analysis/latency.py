@@ -10,7 +10,14 @@ import click
 
 from dineros.cli.analysing import HOLDS, UNKNOWN, load_valid, write_witness
 from dineros.cli.console import say, say_json, summarise, warn
-from dineros.cli.options import json_option, model_argument, output_option, settings_option
+from dineros.cli.options import (
+    flag,
+    json_option,
+    model_argument,
+    output_option,
+    settings_option,
+    value_option,
+)
 from dineros.cli.presentation.reports.latencies import (
     lines_of_all,
     lines_of_depths,
@@ -40,14 +47,10 @@ EXACT_SECONDS = 60.0
     "dineros latency chain.sym.xmi --depths",
 )
 @model_argument()
-@click.option("--from", "first", metavar="X", help="Callback or topic at which data begins.")
-@click.option("--to", "last", metavar="Y", help="Callback or topic at which it ends.")
-@click.option(
-    "--bounds", is_flag=True, help="Give safe bounds instead of exact times; fast for models of any size."
-)
-@click.option(
-    "--depths", is_flag=True, help="Find the smallest depth at which each subscription loses no message."
-)
+@value_option("--from X", "Callback or topic at which data begins.", into="first")
+@value_option("--to Y", "Callback or topic at which it ends.", into="last")
+@flag("--bounds", "Give safe bounds instead of exact times; fast for models of any size.")
+@flag("--depths", "Find the smallest depth at which each subscription loses no message.")
 @output_option("Write a page (.html); or, with --from and --to, the run that takes longest (.jsonl).")
 @settings_option
 @json_option

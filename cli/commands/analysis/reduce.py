@@ -19,6 +19,7 @@ from dineros.cli.options import (
     model_argument,
     output_option,
     settings_option,
+    values_option,
     variant_options,
 )
 from dineros.cli.presentation.answers import say_times, times_fields
@@ -58,7 +59,7 @@ PROPERTIES = (
     show_default=True,
     help="What the smaller net must preserve; repeatable.",
 )
-@click.option("--keep", multiple=True, metavar="ELEMENT", help="A place or transition to keep; repeatable.")
+@values_option("--keep ELEMENT", "A place or transition to keep; repeatable.")
 @time_option("Keep all times: remove only parts that never affect the behaviour.")
 @variant_options
 @settings_option

@@ -18,7 +18,14 @@ from dineros.cli.analysing import (
     search_order_option,
     variant_fields,
 )
-from dineros.cli.options import json_option, model_argument, settings_option, variant_options
+from dineros.cli.options import (
+    choice_option,
+    flag,
+    json_option,
+    model_argument,
+    settings_option,
+    variant_options,
+)
 from dineros.cli.presentation.state_spaces import say_state_space
 from dineros.cli.questions.timed import count_with_time, time_option
 from dineros.cli.quick_start import start_quickly
@@ -38,17 +45,11 @@ if TYPE_CHECKING:
 )
 @model_argument()
 @variant_options
-@click.option(
-    "--reduce",
-    is_flag=True,
-    help="Count on a reduced net; counts that the reduction does not preserve are omitted.",
-)
-@click.option(
+@flag("--reduce", "Count on a reduced net; counts that the reduction does not preserve are omitted.")
+@choice_option(
     "--engine",
-    type=click.Choice(["auto", "explicit", "symbolic", "tina", "classes", "integer"]),
-    default="auto",
-    show_default=True,
-    help="Explicit search, decision diagrams, or TINA if it is on the PATH; with --time: state classes, or "
+    ("auto", "explicit", "symbolic", "tina", "classes", "integer"),
+    "Explicit search, decision diagrams, or TINA if it is on the PATH; with --time: state classes, or "
     "time as a counter, which counts markings.",
 )
 @time_option("Count with the firing intervals of the net: its state classes.")

@@ -12,11 +12,13 @@ from dineros.cli.analysing import HOLDS, UNKNOWN, load_valid
 from dineros.cli.options import (
     OVERFLOW,
     SIGNALS,
+    choice_option,
     json_option,
     middleware_option,
     model_argument,
     output_option,
     settings_option,
+    value_option,
 )
 from dineros.cli.presentation.sweeps import say_sweep, table_and_figures, write_figures
 from dineros.cli.questions.sweeping import Sweeping
@@ -50,28 +52,24 @@ def _names(known: tuple[str, ...]) -> Callable[..., tuple[str, ...] | None]:
     "dineros sweep sorting.sym.xmi --vary RedObjects.tokens=0..1 --signals none -o figures.svg",
 )
 @model_argument()
-@click.option(
-    "--vary",
-    "vary",
+@value_option(
+    "--vary ELEMENT.FEATURE[,..]=VALUES",
+    "Values as 0..10, 0..10..2 or 1,2,5; repeatable; features before one '=' take the same value. Of a "
+    "program as MODEL, a parameter of its function build, such as robots=1..5.",
     multiple=True,
     required=True,
-    metavar="ELEMENT.FEATURE[,..]=VALUES",
-    help="Values as 0..10, 0..10..2 or 1,2,5; repeatable; features before one '=' take the same value. Of a "
-    "program as MODEL, a parameter of its function build, such as robots=1..5.",
 )
-@click.option(
-    "--signals",
+@value_option(
+    "--signals all|NAME,..",
+    f"Signal variants: {', '.join(SIGNALS)}.",
     callback=_names(SIGNALS),
-    metavar="all|NAME,..",
     show_default="input-enabled",
-    help=f"Signal variants: {', '.join(SIGNALS)}.",
 )
-@click.option(
-    "--overflow",
+@value_option(
+    "--overflow all|NAME,..",
+    f"Overflow variants: {', '.join(OVERFLOW)}.",
     callback=_names(OVERFLOW),
-    metavar="all|NAME,..",
     show_default="weighted",
-    help=f"Overflow variants: {', '.join(OVERFLOW)}.",
 )
 @click.option(
     "--reduced",
@@ -80,34 +78,20 @@ def _names(known: tuple[str, ...]) -> Callable[..., tuple[str, ...] | None]:
     show_default=True,
     help="Count the nets as they are, reduced ones, or both.",
 )
-@click.option(
-    "--engine",
-    type=click.Choice(["auto", "explicit", "symbolic"]),
-    default="auto",
-    show_default=True,
-    help="Explicit search, or decision diagrams.",
-)
+@choice_option("--engine", ("auto", "explicit", "symbolic"), "Explicit search, or decision diagrams.")
 @output_option(
     "The table to write (.csv, .parquet); or figures (.svg, .png, .pdf) with the table as .csv.",
     required=True,
 )
-@click.option(
-    "--workers",
+@value_option(
+    "--workers N",
+    "Number of points that are counted in parallel.",
     type=click.IntRange(1),
-    metavar="N",
     show_default="one for each processor",
-    help="Number of points that are counted in parallel.",
 )
-@click.option(
-    "--scheduler",
-    metavar="ADDRESS",
-    help="Use the workers of this Dask scheduler, such as tcp://10.0.0.1:8786.",
-)
-@click.option(
-    "--point-timeout",
-    type=click.FloatRange(0, min_open=True),
-    metavar="SECONDS",
-    help="Give up a point after this time.",
+@value_option("--scheduler ADDRESS", "Use the workers of this Dask scheduler, such as tcp://10.0.0.1:8786.")
+@value_option(
+    "--point-timeout SECONDS", "Give up a point after this time.", type=click.FloatRange(0, min_open=True)
 )
 @middleware_option
 @settings_option

@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from dineros.cli.analysing import cache_option, orders_beside, question_options
-from dineros.cli.options import ModelPath, model_argument
+from dineros.cli.options import model_argument, model_path_option, value_option, values_option
 from dineros.cli.questions.asking import Asking
 from dineros.cli.questions.property_files import answer_properties, write_stored
 from dineros.cli.questions.timed import time_option
@@ -28,34 +28,24 @@ from dineros.metamodel.errors import DinerosError
 )
 @model_argument()
 @click.argument("property_name", metavar="[PROPERTY]", required=False)
-@click.option("--ltl", metavar="FORMULA", help="A formula that all runs must satisfy.")
-@click.option("--ctl", metavar="FORMULA", help="A formula that the initial marking must satisfy.")
-@click.option(
-    "--fair",
-    "weak",
-    multiple=True,
-    metavar="TRANSITION",
-    help="Weakly fair, with --ltl: a transition, or all, signals, node:ID, all-but:T1,T2. Repeatable.",
+@value_option("--ltl FORMULA", "A formula that all runs must satisfy.")
+@value_option("--ctl FORMULA", "A formula that the initial marking must satisfy.")
+@values_option(
+    "--fair TRANSITION",
+    "Weakly fair, with --ltl: a transition, or all, signals, node:ID, all-but:T1,T2. Repeatable.",
+    into="weak",
 )
-@click.option(
-    "--strongly-fair",
-    "strong",
-    multiple=True,
-    metavar="TRANSITION",
-    help="Strongly fair, with --ltl; the same values. Repeatable.",
+@values_option(
+    "--strongly-fair TRANSITION", "Strongly fair, with --ltl; the same values. Repeatable.", into="strong"
 )
-@click.option(
-    "--properties",
-    multiple=True,
-    metavar="FILE.xml",
-    help="Answer a property file of the Model Checking Contest, or one of its global questions; repeatable.",
+@values_option(
+    "--properties FILE.xml",
+    "Answer a property file of the Model Checking Contest, or one of its global questions; repeatable.",
 )
-@click.option(
-    "--write-properties",
-    "written",
-    type=ModelPath(),
-    metavar="FILE.xml",
-    help="Write the questions as a property file of the contest, instead of answering them.",
+@model_path_option(
+    "--write-properties FILE.xml",
+    "Write the questions as a property file of the contest, instead of answering them.",
+    into="written",
 )
 @cache_option
 @time_option("Decide for the runs of the net with its firing intervals.")

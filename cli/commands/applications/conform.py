@@ -13,8 +13,11 @@ from dineros.cli.options import (
     json_option,
     middleware_option,
     model_argument,
+    model_path_option,
     output_option,
     settings_option,
+    value_option,
+    values_option,
 )
 from dineros.cli.recordings.explaining import explain_bag
 from dineros.cli.recordings.replaying import replay
@@ -33,35 +36,29 @@ from dineros.cli.supervising import search_command
     "Write the merged run, with the steps inside of channels, as a trace of the flattened net; with "
     "`--bag` a run of the model up to the last message that it can explain."
 )
-@click.option(
-    "--orders",
+@value_option(
+    "--orders N",
+    "The number of orders to try if losses or messages without ids allow several.",
     type=click.IntRange(min=1),
     default=50,
     show_default=True,
-    metavar="N",
-    help="The number of orders to try if losses or messages without ids allow several.",
 )
-@click.option(
-    "--invariant",
-    "invariants",
-    multiple=True,
-    metavar="EXPR",
-    help="A condition that must always hold, such as 'PickRun + PlaceRun <= 1'; repeatable.",
+@values_option(
+    "--invariant EXPR",
+    "A condition that must always hold, such as 'PickRun + PlaceRun <= 1'; repeatable.",
+    into="invariants",
 )
-@click.option(
-    "--allowance",
+@value_option(
+    "--allowance S",
+    "Seconds by which a recorded time may exceed the declared one, because clocks differ and machines "
+    "are busy.",
     type=click.FloatRange(min=0, max=3600),
     default=0.005,
     show_default=True,
-    metavar="S",
-    help="Seconds by which a recorded time may exceed the declared one, because clocks differ and machines "
-    "are busy.",
 )
-@click.option(
-    "--bag",
-    type=ModelPath(),
-    metavar="RECORDING",
-    help="Check a recording of rosbag2 instead of traces: find a run of the model with the same messages.",
+@model_path_option(
+    "--bag RECORDING",
+    "Check a recording of rosbag2 instead of traces: find a run of the model with the same messages.",
 )
 @recording_options("With `--bag`: ")
 @middleware_option

@@ -14,7 +14,15 @@ from dineros.cli.models import (
     say_what_runs,
     settings_on_ros2,
 )
-from dineros.cli.options import json_option, middleware_option, model_argument, settings_option
+from dineros.cli.options import (
+    flag,
+    json_option,
+    middleware_option,
+    model_argument,
+    path_option,
+    settings_option,
+    value_option,
+)
 from dineros.cli.presentation.workspaces import say_comparison
 from dineros.cli.supervising import reading_command
 
@@ -40,14 +48,12 @@ FOUND = 1
 )
 @middleware_option
 @settings_option
-@click.option("--check", is_flag=True, help="Write nothing; exit status 1 if a file is stale.")
-@click.option(
-    "--templates",
-    type=click.Path(path_type=Path),
-    metavar="DIR",
-    help="Your own templates, which override the built-in ones file by file; give this option each time.",
+@flag("--check", "Write nothing; exit status 1 if a file is stale.")
+@path_option(
+    "--templates DIR",
+    "Your own templates, which override the built-in ones file by file; give this option each time.",
 )
-@click.option("--default-templates", is_flag=True, help="Return to the built-in templates.")
+@flag("--default-templates", "Return to the built-in templates.")
 @click.option(
     "--lifecycle/--plain", default=None, help="Lifecycle nodes or plain nodes; stored in the workspace."
 )
@@ -61,18 +67,12 @@ FOUND = 1
     default=None,
     help="A Containerfile for podman or docker; stored in the workspace.",
 )
-@click.option(
-    "--maintainer", metavar="'NAME <ADDRESS>'", help="Maintainer of the packages; stored in the workspace."
-)
-@click.option(
-    "--license", "licence", metavar="NAME", help="Licence of the packages; stored in the workspace."
-)
-@click.option(
-    "--tests",
-    type=click.Path(path_type=Path),
-    metavar="TRACE",
+@value_option("--maintainer 'NAME <ADDRESS>'", "Maintainer of the packages; stored in the workspace.")
+@value_option("--license NAME", "Licence of the packages; stored in the workspace.", into="licence")
+@path_option(
+    "--tests TRACE",
+    "Write a test that drives the nodes through a witness or a recorded run; repeatable.",
     multiple=True,
-    help="Write a test that drives the nodes through a witness or a recorded run; repeatable.",
 )
 @json_option
 def generate(

@@ -9,11 +9,15 @@ import click
 
 from dineros.cli.options import (
     command,
+    flag,
     json_option,
     middleware_option,
     model_argument,
+    path_option,
     reach_options,
     settings_option,
+    value_option,
+    values_option,
 )
 
 
@@ -24,77 +28,53 @@ from dineros.cli.options import (
     "dineros run sorting.sym.xmi --local --until 'RedObjects == 1' --timeout 60 --trace traces --monitor",
 )
 @model_argument()
-@click.option("--local", is_flag=True, help="Run all nodes in this process, on threads, without ROS.")
-@click.option(
-    "--simulate", is_flag=True, help="Like --local, in simulated time: the same seed gives the same run."
-)
-@click.option(
+@flag("--local", "Run all nodes in this process, on threads, without ROS.")
+@flag("--simulate", "Like --local, in simulated time: the same seed gives the same run.")
+@flag(
     "--times",
-    is_flag=True,
-    help="With --simulate: draw all times that the model declares, run no handlers, and print quantiles of "
+    "With --simulate: draw all times that the model declares, run no handlers, and print quantiles of "
     "response times and chains; 100 s, or --timeout.",
 )
-@click.option(
-    "--report",
-    type=click.Path(path_type=Path),
-    metavar="PAGE.html",
-    help="With --times: write a page with histograms and a timeline of the first part of the run.",
+@path_option(
+    "--report PAGE.html",
+    "With --times: write a page with histograms and a timeline of the first part of the run.",
 )
-@click.option(
-    "--speed",
+@value_option(
+    "--speed X",
+    "With --simulate: at most X simulated seconds a second, such as 1 to watch it; by default no limit.",
     type=click.FloatRange(0, min_open=True),
-    metavar="X",
-    help="With --simulate: at most X simulated seconds a second, such as 1 to watch it; by default no limit.",
 )
-@click.option("--seed", type=click.IntRange(0, 2**32 - 1), metavar="N", help="Seed of the firing selections.")
-@click.option(
-    "--handlers",
-    "handler_file",
-    type=click.Path(path_type=Path),
-    metavar="FILE.py",
-    help="The handlers; by default handlers.py in the model's folder, if it exists.",
+@value_option("--seed N", "Seed of the firing selections.", type=click.IntRange(0, 2**32 - 1))
+@path_option(
+    "--handlers FILE.py",
+    "The handlers; by default handlers.py in the model's folder, if it exists.",
+    into="handler_file",
 )
-@click.option("--until", metavar="EXPR", help="Stop when this condition holds, such as 'Shown >= 4'.")
-@click.option(
-    "--trace", type=click.Path(path_type=Path), metavar="DIR", help="Write the nodes' traces to this folder."
-)
-@click.option(
-    "--timeout", type=click.FloatRange(min=0), metavar="S", help="Stop after this number of seconds."
-)
-@click.option(
-    "--watchdog",
+@value_option("--until EXPR", "Stop when this condition holds, such as 'Shown >= 4'.")
+@path_option("--trace DIR", "Write the nodes' traces to this folder.")
+@value_option("--timeout S", "Stop after this number of seconds.", type=click.FloatRange(min=0))
+@value_option(
+    "--watchdog S",
+    "Report a handler that blocks its node for this number of seconds, by default 10; 0: never.",
     type=click.FloatRange(0, 86400),
-    metavar="S",
-    help="Report a handler that blocks its node for this number of seconds, by default 10; 0: never.",
 )
-@click.option("--only", multiple=True, metavar="NODE", help="Run this node only; repeatable.")
-@click.option(
-    "--without",
-    multiple=True,
-    metavar="NODE",
-    help="Run all nodes except this one, which runs elsewhere; repeatable.",
-)
-@click.option("--resume", is_flag=True, help="Resume from the traces in DIR.")
-@click.option(
-    "--monitor", is_flag=True, help="Replay the run on the model while it runs; end at a deviation."
-)
-@click.option("--view", is_flag=True, help="Serve a page on 127.0.0.1 that follows and steers the run.")
-@click.option(
-    "--with",
-    "programs",
-    multiple=True,
-    metavar="COMMAND",
-    help="Run this program as well, in the environment of the nodes; repeatable.",
+@values_option("--only NODE", "Run this node only; repeatable.")
+@values_option("--without NODE", "Run all nodes except this one, which runs elsewhere; repeatable.")
+@flag("--resume", "Resume from the traces in DIR.")
+@flag("--monitor", "Replay the run on the model while it runs; end at a deviation.")
+@flag("--view", "Serve a page on 127.0.0.1 that follows and steers the run.")
+@values_option(
+    "--with COMMAND",
+    "Run this program as well, in the environment of the nodes; repeatable.",
+    into="programs",
 )
 @click.option(
     "--restarts", type=click.IntRange(0), default=5, show_default=True, help="Restarts per minute and node."
 )
 @reach_options("Which computers ROS messages can reach.")
-@click.option(
-    "--stale-after",
-    multiple=True,
-    metavar="SIGNAL=SECONDS[:THEN]",
-    help="Seconds after which this signal is stale if it was not set; then keep its value (keep), stop its "
+@values_option(
+    "--stale-after SIGNAL=SECONDS[:THEN]",
+    "Seconds after which this signal is stale if it was not set; then keep its value (keep), stop its "
     "node (stop), or set it to a value (true, false). Repeatable.",
 )
 @middleware_option

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from dineros.cli.options import command, json_option, reach_options
+from dineros.cli.options import command, flag, json_option, reach_options, value_option
 
 
 @command(
@@ -13,14 +13,13 @@ from dineros.cli.options import command, json_option, reach_options
     "dineros top --once --seconds 3 --json",
 )
 @reach_options("Which computers ROS messages can reach, as set for the nodes.")
-@click.option("--once", is_flag=True, help="Listen for --seconds, print the result once, and exit.")
-@click.option(
-    "--seconds",
+@flag("--once", "Listen for --seconds, print the result once, and exit.")
+@value_option(
+    "--seconds S",
+    "With --once: the number of seconds to listen.",
     type=click.FloatRange(0.1, 3600),
     default=3.0,
     show_default=True,
-    metavar="S",
-    help="With --once: the number of seconds to listen.",
 )
 @json_option
 def top(domain: int | None, reach: str, once: bool, seconds: float, as_json: bool) -> int:

@@ -8,7 +8,15 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from dineros.cli.console import say, summarise, warn
-from dineros.cli.options import ModelPath, output_option, settings_option, theme_option
+from dineros.cli.options import (
+    ModelPath,
+    flag,
+    model_path_option,
+    output_option,
+    settings_option,
+    theme_option,
+    value_option,
+)
 from dineros.cli.outputs import refuse_output
 from dineros.cli.presentation.traces import loads_of, model_of
 from dineros.cli.supervising import serving_command, within_limits
@@ -31,15 +39,13 @@ _PICTURES = (".html", ".svg", ".png")
 )
 @click.argument("files", type=ModelPath(), metavar="FILE...", nargs=-1, required=True)
 @output_option("A picture (.html, .svg, .png), or an export (.mcap, .csv).")
-@click.option("--follow", is_flag=True, help="Open a live page that follows a running application.")
-@click.option("--port", type=click.IntRange(0, 65535), default=0, metavar="N", help="Port of the live page.")
-@click.option("--model", "given", type=ModelPath(), metavar="MODEL", help="The model, if it has moved.")
-@click.option(
-    "--compare", type=ModelPath(), metavar="FILE", help="Show a second trace, and where the two diverge."
-)
-@click.option("--fold", is_flag=True, help="Fold steps that do not concern the shown lanes (.svg, .png).")
-@click.option("--filter", "words", default="", metavar="WORDS", help="Lanes to show (.svg, .png).")
-@click.option("--firings", is_flag=True, help="For a run: by number of firings, not by time (.svg, .png).")
+@flag("--follow", "Open a live page that follows a running application.")
+@value_option("--port N", "Port of the live page.", type=click.IntRange(0, 65535), default=0)
+@model_path_option("--model MODEL", "The model, if it has moved.", into="given")
+@model_path_option("--compare FILE", "Show a second trace, and where the two diverge.")
+@flag("--fold", "Fold steps that do not concern the shown lanes (.svg, .png).")
+@value_option("--filter WORDS", "Lanes to show (.svg, .png).", into="words", default="")
+@flag("--firings", "For a run: by number of firings, not by time (.svg, .png).")
 @theme_option
 @settings_option
 def trace(

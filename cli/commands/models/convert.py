@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import click
-
 from dineros.cli.console import note, summarise, warn, working
 from dineros.cli.models import load_named, refuse_settings_that_break, violations_of
-from dineros.cli.options import model_argument, output_option, settings_option
+from dineros.cli.options import model_argument, output_option, settings_option, value_option
 from dineros.cli.outputs import PICTURES, refuse_output
 from dineros.cli.supervising import reading_command
 
@@ -24,10 +22,9 @@ from dineros.cli.supervising import reading_command
     "pictures are .svg, .png, .html.",
     required=True,
 )
-@click.option(
-    "--properties",
-    metavar="FILE.xml",
-    help="Store the formulas of a property file of the Model Checking Contest in the model.",
+@value_option(
+    "--properties FILE.xml",
+    "Store the formulas of a property file of the Model Checking Contest in the model.",
 )
 @settings_option
 def convert(model: Path, output: Path, properties: str | None, settings: tuple[str, ...]) -> int:

@@ -9,7 +9,7 @@ from pathlib import Path
 import click
 
 from dineros.cli.console import say, summarise, working
-from dineros.cli.options import ModelPath
+from dineros.cli.options import ModelPath, flag
 from dineros.cli.supervising import serving_command, within_limits
 from dineros.metamodel.errors import counted
 
@@ -22,7 +22,7 @@ from dineros.metamodel.errors import counted
     default=0,
     help="The port; by default the last one used, or any free one.",
 )
-@click.option("--no-browser", is_flag=True, help="Only print the address.")
+@flag("--no-browser", "Only print the address.")
 def edit(model: Path, port: int, no_browser: bool) -> int:
     """Draw a model in the browser: a new one, or that of an .xmi or .pnml file.
 

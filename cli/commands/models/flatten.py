@@ -15,6 +15,7 @@ from dineros.cli.options import (
     output_option,
     rules_option,
     settings_option,
+    value_option,
     variant_options,
 )
 from dineros.cli.outputs import refuse_output
@@ -37,10 +38,8 @@ if TYPE_CHECKING:
 @rules_option("Apply the list RULES of this Python file after the standard rules.")
 @variant_options
 @settings_option
-@click.option(
-    "--explain",
-    metavar="ELEMENT",
-    help="Show which rule made an element from which elements, and what was made from it.",
+@value_option(
+    "--explain ELEMENT", "Show which rule made an element from which elements, and what was made from it."
 )
 @json_option
 def flatten(

@@ -9,7 +9,7 @@ import click
 
 from dineros.cli.console import say, say_json, summarise, warn
 from dineros.cli.models import load_named, violations_of
-from dineros.cli.options import json_option, model_argument, settings_option
+from dineros.cli.options import flag, json_option, model_argument, settings_option
 from dineros.cli.supervising import reading_command
 from dineros.metamodel.errors import counted
 from dineros.metamodel.files.remarks import remarks_of
@@ -27,10 +27,8 @@ STYLES = {"error": "red", "warning": "yellow"}
 )
 @model_argument(required=False)
 @settings_option
-@click.option("--strict", is_flag=True, help="Count warnings as violations.")
-@click.option(
-    "--list", "list_constraints", is_flag=True, help="List the constraints instead of checking them."
-)
+@flag("--strict", "Count warnings as violations.")
+@flag("--list", "List the constraints instead of checking them.", into="list_constraints")
 @json_option
 def validate(
     model: Path | None, settings: tuple[str, ...], strict: bool, list_constraints: bool, as_json: bool

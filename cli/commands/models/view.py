@@ -10,7 +10,15 @@ from typing import TYPE_CHECKING
 import click
 
 from dineros.cli.console import working
-from dineros.cli.options import ModelPath, model_argument, output_option, settings_option, theme_option
+from dineros.cli.options import (
+    model_argument,
+    model_path_option,
+    output_option,
+    settings_option,
+    theme_option,
+    value_option,
+    values_option,
+)
 from dineros.cli.outputs import PICTURES, refuse_output
 from dineros.cli.presentation.pictures import draw, draw_for_paper, picture_of
 from dineros.cli.supervising import serving_command, within_limits
@@ -28,15 +36,8 @@ if TYPE_CHECKING:
 )
 @model_argument()
 @output_option("A file to write instead of opening a browser: .html, .svg or .png.")
-@click.option(
-    "--compare",
-    type=ModelPath(),
-    metavar="OTHER",
-    help="Show what MODEL adds, removes and changes compared with OTHER.",
-)
-@click.option(
-    "--around", multiple=True, metavar="ELEMENT", help="Show only the elements near this one; repeatable."
-)
+@model_path_option("--compare OTHER", "Show what MODEL adds, removes and changes compared with OTHER.")
+@values_option("--around ELEMENT", "Show only the elements near this one; repeatable.")
 @click.option(
     "--steps",
     type=click.IntRange(min=0),
@@ -44,37 +45,16 @@ if TYPE_CHECKING:
     show_default=True,
     help="With --around: the largest distance, in arcs.",
 )
-@click.option(
-    "--collapse",
-    multiple=True,
-    metavar="PAGE",
-    help="Show this page or ROS node without its content, or 'all'; repeatable.",
-)
-@click.option(
-    "--expand",
-    multiple=True,
-    metavar="PAGE",
-    help="Show the content of this page of a large model, or of 'all'; repeatable.",
-)
-@click.option(
-    "--badge",
-    "badges",
-    multiple=True,
-    metavar="ELEMENT=TEXT",
-    help="Put a short text next to an element; repeatable.",
-)
+@values_option("--collapse PAGE", "Show this page or ROS node without its content, or 'all'; repeatable.")
+@values_option("--expand PAGE", "Show the content of this page of a large model, or of 'all'; repeatable.")
+@values_option("--badge ELEMENT=TEXT", "Put a short text next to an element; repeatable.", into="badges")
 @theme_option
-@click.option(
-    "--width",
+@value_option(
+    "--width MM",
+    "For paper (.svg, .png): the width in millimetres; all text has 6 points or more.",
     type=click.FloatRange(min=20, max=2000),
-    metavar="MM",
-    help="For paper (.svg, .png): the width in millimetres; all text has 6 points or more.",
 )
-@click.option(
-    "--aspect",
-    metavar="W:H",
-    help="For paper: width by height, such as 3:2 or 1.5.",
-)
+@value_option("--aspect W:H", "For paper: width by height, such as 3:2 or 1.5.")
 @settings_option
 def view(
     model: Path,

@@ -11,7 +11,7 @@ from dineros.cli.analysing import HOLDS, VIOLATED
 from dineros.cli.coding import Code, cache_option, code_options, say_taken
 from dineros.cli.models import refuse_invalid
 from dineros.cli.observing import Source, source_options
-from dineros.cli.options import json_option, output_option
+from dineros.cli.options import json_option, output_option, path_option, values_option
 from dineros.cli.outputs import refuse_output
 from dineros.cli.presentation.imports import ImportReport, print_import
 from dineros.cli.searching import search
@@ -35,18 +35,13 @@ if TYPE_CHECKING:
 @source_options
 @code_options()
 @cache_option
-@click.option(
-    "--interfaces",
-    multiple=True,
-    metavar="PACKAGE",
-    help="Import only the messages of an installed package, as token types; repeatable.",
+@values_option(
+    "--interfaces PACKAGE", "Import only the messages of an installed package, as token types; repeatable."
 )
-@click.option(
-    "--given",
-    type=click.Path(path_type=Path),
-    metavar="FILE.toml",
+@path_option(
+    "--given FILE.toml",
+    "Facts that a graph does not show: depths, groups, threads, timers, actions of callbacks.",
     show_default="OUT with .given.toml",
-    help="Facts that a graph does not show: depths, groups, threads, timers, actions of callbacks.",
 )
 @output_option("The model to write: .xmi or .pnml.", required=True)
 @json_option

@@ -10,7 +10,7 @@ import click
 from dineros.cli.analysing import HOLDS, STATUSES, VIOLATED
 from dineros.cli.models import load_valid_system, refuse_invalid
 from dineros.cli.observing import recording_options
-from dineros.cli.options import ModelPath, json_option, model_argument, output_option
+from dineros.cli.options import json_option, model_argument, model_path_option, output_option, value_option
 from dineros.cli.outputs import refuse_output
 from dineros.cli.recordings.evidence import gathered
 from dineros.cli.recordings.measuring import narrow_by_run
@@ -37,46 +37,27 @@ from dineros.cli.supervising import search_command
     "dineros narrow watch.sym.xmi --run watched/ --threshold 0.95 -o measured.sym.xmi",
 )
 @model_argument()
-@click.option(
-    "--bag",
-    type=ModelPath(),
-    metavar="RECORDING",
-    help="A recording of rosbag2: its folder, or one .mcap or .db3 file.",
+@model_path_option("--bag RECORDING", "A recording of rosbag2: its folder, or one .mcap or .db3 file.")
+@model_path_option(
+    "--tracing TRACE",
+    "Tracing files of ros2_tracing: a folder of LTTng, read by babeltrace2, or its text output.",
 )
-@click.option(
-    "--tracing",
-    type=ModelPath(),
-    metavar="TRACE",
-    help="Tracing files of ros2_tracing: a folder of LTTng, read by babeltrace2, or its text output.",
+@model_path_option(
+    "--run TRACES",
+    "The traces of a run of this model: the folder of `run --trace`. They propose times.",
+    into="traces",
 )
-@click.option(
-    "--run",
-    "traces",
-    type=ModelPath(),
-    metavar="TRACES",
-    help="The traces of a run of this model: the folder of `run --trace`. They propose times.",
-)
-@click.option(
-    "--within",
+@value_option(
+    "--within S",
+    "Maximum delay (seconds) between a message and its effect.",
     type=click.FloatRange(min=0, min_open=True, max=3600),
     default=1.0,
     show_default=True,
-    metavar="S",
-    help="Maximum delay (seconds) between a message and its effect.",
 )
-@click.option(
-    "--threshold",
-    type=click.FloatRange(min=0, max=1),
-    metavar="P",
-    help="Accept all proposals of at least this confidence.",
+@value_option(
+    "--threshold P", "Accept all proposals of at least this confidence.", type=click.FloatRange(min=0, max=1)
 )
-@click.option(
-    "--accept",
-    type=int,
-    multiple=True,
-    metavar="N",
-    help="Accept the proposal of this number; repeatable.",
-)
+@value_option("--accept N", "Accept the proposal of this number; repeatable.", type=int, multiple=True)
 @output_option("Write the narrowed model: .xmi or .pnml.")
 @recording_options()
 @json_option
