@@ -13,6 +13,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext
+from functools import partial
 from types import FrameType
 from typing import Any
 
@@ -169,19 +170,14 @@ def within_limits() -> Iterator[None]:
         yield
 
 
-def search_command(*examples: str) -> Callable[[Callable[..., Any]], ExampleCommand]:
-    """Register a function as the searching subcommand of its name; see `dineros.cli.options.command`."""
-    return command(*examples, cls=SearchCommand)
+search_command = partial(command, cls=SearchCommand)
+"""Registers a function as the searching subcommand of its name; see `dineros.cli.options.command`."""
 
+reading_command = partial(command, cls=ReadingCommand)
+"""Registers a function as the reading subcommand of its name."""
 
-def reading_command(*examples: str) -> Callable[[Callable[..., Any]], ExampleCommand]:
-    """Register a function as the reading subcommand of its name; see `dineros.cli.options.command`."""
-    return command(*examples, cls=ReadingCommand)
-
-
-def serving_command(*examples: str) -> Callable[[Callable[..., Any]], ExampleCommand]:
-    """Register a function as the reading subcommand of its name that may serve a page."""
-    return command(*examples, cls=ServingCommand)
+serving_command = partial(command, cls=ServingCommand)
+"""Registers a function as the reading subcommand of its name that may serve a page."""
 
 
 def _here(limits: Limits, work: Callable[[Search], int]) -> int:

@@ -10,6 +10,7 @@ from functools import cached_property
 from dineros.analysis.conformance.data.decisions import Decisions
 from dineros.analysis.conformance.topics.finding import QueueFinder
 from dineros.analysis.conformance.topics.parts import HistoryTopic, Queue, Topic
+from dineros.analysis.model.channels import channel_words
 from dineros.analysis.model.step_roles import StepRole, step_roles
 from dineros.analysis.model.subject import Subject, subject_of
 from dineros.analysis.model.wording import signal_setting, topic_port
@@ -157,12 +158,9 @@ class ConformanceNet:
             for signal in node.signals
         }
 
-    def publishing_nodes(self, channel: str) -> tuple[str, ...]:
-        """Return the node nets that publish on a topic channel."""
-        return self._publishing[channel]
-
     @cached_property
-    def _publishing(self) -> dict[str, tuple[str, ...]]:
+    def publishing_nodes(self) -> dict[str, tuple[str, ...]]:
+        """The node nets that publish on each topic channel."""
         found: dict[str, dict[str, None]] = {channel: {} for channel in self.topics}
         for role in self.roles.values():
             if role.kind is Publish:
@@ -192,16 +190,7 @@ class ConformanceNet:
     @cached_property
     def names_in_ros(self) -> dict[str, str]:
         """Topic, service or action of each channel, as text."""
-        names = {}
-        for channel in self.model.channels:
-            match channel:
-                case sym.TopicChannel():
-                    names[channel.id] = f"topic {channel.topic}"
-                case sym.ServiceChannel():
-                    names[channel.id] = f"service {channel.service}"
-                case sym.ActionChannel():
-                    names[channel.id] = f"action {channel.action}"
-        return names
+        return {channel.id: channel_words(channel) for channel in self.model.channels}
 
     @cached_property
     def typed_channels(self) -> set[str]:

@@ -27,12 +27,8 @@ from dataclasses import replace
 from dineros.analysis.answers.budget import RAN_OUT
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.checks.overflow import Overflow
-from dineros.analysis.consequences.missing_times import (
-    ends_of,
-    missing_times,
-    missing_times_of,
-    nodes_around,
-)
+from dineros.analysis.consequences.missing_times import missing_times, missing_times_of, nodes_around
+from dineros.analysis.model.channels import ends_of
 from dineros.analysis.timed_checks.faults import LOSES_TICKS
 from dineros.analysis.witnesses.findings import Finding, Report
 from dineros.metamodel import pn, sym
@@ -73,7 +69,9 @@ def left_to_durations(model: pn.Net, report: Report) -> Report:
         if too_slow:
             findings.append(replace(finding, message=f"{finding.message}: {too_slow}"))
         else:
-            findings.append(_as_note(finding) if is_open else _with_missing(finding, channel, report))
+            findings.append(
+                finding.as_note(f", {WHY}") if is_open else _with_missing(finding, channel, report)
+            )
     unknown = []
     for each in report.unknown:
         channel = channels.get(next(iter(each.elements), ""))
@@ -121,7 +119,7 @@ def _with_missing(finding: Finding, channel: sym.Channel | None, report: Report)
 def _tick_with_missing(finding: Finding, page: sym.CallbackPage) -> Finding:
     """Return a lost tick as a note that names a time which the model does not give, if there is one."""
     missing = _missing_of(page)
-    return replace(finding, severity="note", message=f"{finding.message}; {missing}") if missing else finding
+    return finding.as_note(f"; {missing}") if missing else finding
 
 
 def _missing_of(page: sym.CallbackPage) -> str:
@@ -149,10 +147,6 @@ def _open_with_missing(
 
 def _is_of_limit(reason: str) -> bool:
     return reason.startswith((*RAN_OUT.values(), "there are too many"))
-
-
-def _as_note(finding: Finding) -> Finding:
-    return replace(finding, severity="note", message=f"{finding.message}, {WHY}")
 
 
 def _open_note(unknown: Outcome) -> Finding:

@@ -28,9 +28,7 @@ def left_to_lacks(model: pn.Net, report: Report) -> Report:
     if not of_source(model):
         return report
     findings = [
-        replace(finding, severity="note", message=f"{finding.message}, {WHY}")
-        if finding.rule in RULES and finding.severity != "note"
-        else finding
+        finding.as_note(f", {WHY}") if finding.rule in RULES and finding.severity != "note" else finding
         for finding in report.findings
     ]
     return replace(report, findings=findings)

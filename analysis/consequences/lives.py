@@ -36,7 +36,7 @@ def left_to_lives(model: pn.Net, report: Report) -> Report:
         return rule in RULES and bool(involved) and not any(map(_is_given, involved))
 
     findings = [
-        replace(finding, severity="note", message=f"{finding.message}, {WHY}")
+        finding.as_note(f", {WHY}")
         if finding.severity != "note" and depends(finding.rule, finding.elements)
         else finding
         for finding in report.findings

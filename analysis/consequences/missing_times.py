@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
+from dineros.analysis.model.channels import channel_words, ends_of
 from dineros.metamodel import pn, sym
 from dineros.metamodel.callbacks.bodies import Body
 from dineros.metamodel.callbacks.groups import runs_callbacks
@@ -37,7 +38,7 @@ def missing_times_of(nodes: Iterable[sym.NodeNet]) -> Iterator[str]:
             yield from (missing for page in pages for missing in _missing(page))
         for other in _sending(node):
             if not all(map(_ends, _latencies(other, node))):
-                yield f"the model gives no latency for {_named(other)}"
+                yield f"the model gives no latency for {channel_words(other)}"
 
 
 def nodes_around(channel: sym.Channel) -> list[sym.NodeNet]:
@@ -98,26 +99,3 @@ def _latencies(channel: sym.Channel, node: sym.NodeNet) -> list[pn.TimeInterval 
 def _nodes_of(channel: sym.Channel) -> list[sym.NodeNet]:
     nodes = [node_net_of(place) for end in ends_of(channel) for place in end]
     return [each for each in nodes if each is not None]
-
-
-def _named(channel: sym.Channel) -> str:
-    match channel:
-        case sym.TopicChannel():
-            return f"topic {channel.topic}"
-        case sym.ServiceChannel():
-            return f"service {channel.service}"
-        case sym.ActionChannel():
-            return f"action {channel.action}"
-    return label(channel)
-
-
-def ends_of(channel: sym.Channel | None) -> tuple[list[pn.Place], list[pn.Place]]:
-    """Return the places of those who write into a channel, and of those who read."""
-    match channel:
-        case sym.TopicChannel():
-            return [port.place for port in channel.publishers], [port.place for port in channel.subscribers]
-        case sym.ServiceChannel():
-            return [port.request for port in channel.clients], [channel.server.entry]
-        case sym.ActionChannel():
-            return [port.goal for port in channel.clients], [channel.server.entry]
-    return [], []

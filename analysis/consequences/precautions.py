@@ -42,7 +42,7 @@ def about_precautions(subject: Subject, report: Report, budget: Budget) -> Repor
     """
     careful, is_open = _precautions(subject, report.findings, budget)
     findings = [
-        replace(each, severity="note", message=f"{each.message} {WHY}") if each in careful else each
+        each.as_note(f" {WHY}") if each in careful else each
         for each in report.findings
         if each not in is_open
     ]

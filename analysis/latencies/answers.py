@@ -195,6 +195,11 @@ class Latencies:
     subject : TimedSubject, optional
         The net with its times, if it is there already.
 
+    Attributes
+    ----------
+    explored : Explored
+        The markings and firings of the net.
+
     Raises
     ------
     DinerosError
@@ -204,12 +209,12 @@ class Latencies:
 
     def __init__(self, model: sym.SystemModel, budget: Budget, subject: TimedSubject | None = None) -> None:
         require_times(model)
-        self._model = model
+        self.model = model
         self._budget = budget.begun()
-        self._subject: TimedSubject = subject or timed_base_subject(model)
-        self._explored: Explored = explore_timed(self._subject.timed, self._budget)
-        self._parts = Parts(self._subject)
-        self._starvation = Starvation(self._parts, self._explored, self._budget)
+        self.subject: TimedSubject = subject or timed_base_subject(model)
+        self.explored: Explored = explore_timed(self.subject.timed, self._budget)
+        self._parts = Parts(self.subject)
+        self._starvation = Starvation(self._parts, self.explored, self._budget)
         self._is_exact = not any(_is_widened(page) for page in callback_pages(model)) and all(
             len(service.clients) <= 1 for service in channels(model, sym.ServiceChannel)
         )
@@ -220,24 +225,9 @@ class Latencies:
         self._is_exact &= not callbacks_in_no_time(model)
 
     @property
-    def model(self) -> sym.SystemModel:
-        """The model."""
-        return self._model
-
-    @property
-    def subject(self) -> TimedSubject:
-        """The net with its times."""
-        return self._subject
-
-    @property
-    def explored(self) -> Explored:
-        """The markings and firings of the net."""
-        return self._explored
-
-    @property
     def reason(self) -> str:
         """Why the markings are not all known, without which nothing is measured; empty if they are."""
-        return self._explored.reason
+        return self.explored.reason
 
     def between(self, first: End, last: End, *, with_ages: bool = True) -> Latency:
         """Return how long data takes from a callback or topic to another one, on any way.
@@ -249,7 +239,7 @@ class Latencies:
         with_ages
             Whether the reaction time and the data age are measured, too.
         """
-        paths = paths_between(self._model, first, last)
+        paths = paths_between(self.model, first, last)
         if not paths:
             raise DinerosError(
                 f"no data flows from {named(first)} to {named(last)}",
@@ -279,8 +269,8 @@ class Latencies:
 
     def _longest(self, path: Path, asks: Asks) -> tuple[Bound | None, str]:
         """Return the longest reaction time or data age of a path, or None and why it is not known."""
-        observer = Observer(self._parts, self._explored, path, asks)
-        found = measured(observer, self._subject.timed, self._budget)
+        observer = Observer(self._parts, self.explored, path, asks)
+        found = measured(observer, self.subject.timed, self._budget)
         reason = found.reason
         if found.is_gone:
             reason = reason or "a callback on the way need not publish"
@@ -315,13 +305,13 @@ class Latencies:
         if found.greatest is None:
             return None
         if last is not None:
-            paths = paths_between(self._model, first, last)
+            paths = paths_between(self.model, first, last)
         else:
             assert isinstance(first, sym.CallbackPage)
             paths = responses_of(first)
-        observers = (Observer(self._parts, self._explored, path) for path in paths)
+        observers = (Observer(self._parts, self.explored, path) for path in paths)
         shown = (
-            longest_instance(each, self._subject.timed, found.greatest, self._budget) for each in observers
+            longest_instance(each, self.subject.timed, found.greatest, self._budget) for each in observers
         )
         return next((each for each in shown if each is not None), None)
 
@@ -330,17 +320,17 @@ class Latencies:
         found = Everything(is_exact=self._is_exact)
         if self.reason:
             return found
-        for page in callback_pages(self._model):
+        for page in callback_pages(self.model):
             node = node_net_of(page)
             if runs_callbacks(node) and page.kind in RELEASED:
                 found.callbacks[page.id] = self.response(page)
                 found.starved[page.id] = self.starves(page)
             elif not runs_callbacks(node) and page.kind in OF_ENGINES:
                 found.callbacks[page.id] = self.response(page)
-        names = self._subject.timed.untimed.transitions
-        fired = {names[t] for t in self._explored.ways}
-        for name, history in histories_of(self._subject.links()).items():
-            found.readers[name] = history.longest(self._explored), bool(fired & history.drops)
+        names = self.subject.timed.untimed.transitions
+        fired = {names[t] for t in self.explored.ways}
+        for name, history in histories_of(self.subject.links()).items():
+            found.readers[name] = history.longest(self.explored), bool(fired & history.drops)
         for page, loses in self._parts.lost_ticks.items():
             found.timers[page.id] = loses in fired
         return found
@@ -362,12 +352,12 @@ class Latencies:
                 reason = f"runs of callback {label(mixed)} overlap and wait, so they cannot be distinguished"
                 return Latency(None, None, None, False, reason)
             try:
-                observer = Observer(self._parts, self._explored, path)
+                observer = Observer(self._parts, self.explored, path)
             except NotFollowedError as error:
                 reason = str(error) or "the analysis does not support a part of the chain"
                 return Latency(None, None, None, False, reason)
             missing = next(missing_on(path), "") or next(self._starving(path), "")
-            answer = measured(observer, self._subject.timed, self._budget, missing)
+            answer = measured(observer, self.subject.timed, self._budget, missing)
             found.append((answer, observer.is_exact))
         least = [each.least for each, _ in found if each.least is not None]
         greatest = [each.greatest for each, _ in found if each.greatest is not None]

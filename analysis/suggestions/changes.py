@@ -9,6 +9,7 @@ from itertools import combinations
 
 from dineros.analysis.callbacks.circles import Circle, Waiter
 from dineros.analysis.callbacks.waiting import Callback, Marking
+from dineros.analysis.model.channels import channel_words
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.callbacks.groups import (
@@ -135,12 +136,7 @@ def _named(model: sym.SystemModel, owner: Owner) -> tuple[str, str]:
     id, client = owner
     if not client:
         return id, f"callback {id}"
-    channel = find(model, id, sym.Channel)
-    what = (
-        f"action {channel.action}"
-        if isinstance(channel, sym.ActionChannel)
-        else f"service {getattr(channel, 'service', id)}"
-    )
+    what = channel_words(find(model, id, sym.Channel))
     return f"{id}.client.{client}", f"client {client} of {what}"
 
 

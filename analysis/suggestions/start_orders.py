@@ -9,11 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from itertools import product
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget, BudgetExceededError
 from dineros.analysis.checks.boundedness import Boundedness
 from dineros.analysis.checks.check import check
 from dineros.analysis.checks.overflow import Presence
+from dineros.analysis.model.channels import ends_of
 from dineros.analysis.witnesses.findings import Finding, Report
 from dineros.metamodel import sym
 from dineros.metamodel.elements import node_net_of
@@ -172,15 +174,8 @@ def _consumers_first(model: sym.SystemModel) -> list[str]:
     goes_to: nx.DiGraph[str] = nx.DiGraph()
     goes_to.add_nodes_from(node.id for node in managed_nodes(model))
     for channel in model.channels:
-        if isinstance(channel, sym.TopicChannel):
-            senders = [port.place for port in channel.publishers]
-            getters = [port.place for port in channel.subscribers]
-        else:
-            assert isinstance(channel, sym.ServiceChannel)
-            senders, getters = [client.request for client in channel.clients], [channel.server.entry]
-        for sender in senders:
-            for getter in getters:
-                one, other = node_net_of(sender), node_net_of(getter)
-                if one is not None and other is not None and one.id in goes_to and other.id in goes_to:
-                    goes_to.add_edge(one.id, other.id)
+        for sender, getter in product(*ends_of(channel)):
+            one, other = node_net_of(sender), node_net_of(getter)
+            if one is not None and other is not None and one.id in goes_to and other.id in goes_to:
+                goes_to.add_edge(one.id, other.id)
     return list(nx.dfs_postorder_nodes(goes_to))

@@ -112,6 +112,10 @@ class Finding:
             ]
         return found
 
+    def as_note(self, why: str) -> Finding:
+        """Return it as a note, with the reason after its message."""
+        return replace(self, severity="note", message=f"{self.message}{why}")
+
     @property
     def shown_consequences(self) -> list[tuple[str, str]]:
         """Message and rule of each consequence; a consequence of several causes names the others."""

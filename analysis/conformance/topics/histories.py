@@ -203,7 +203,7 @@ class HistoryFlow:
         most = self._most_losses(place, pairs)
         if rest > most:
             reader = self.topic.subscribers[place]
-            writers = tuple(self._net.publishing_nodes(record.channel))
+            writers = self._net.publishing_nodes[record.channel]
             reason = f"the {reader.text} has lost {record.count}, at most {most} can be lost"
             unclear = self.is_unclear(place)
             in_hindsight = unclear or self._has_several_publishers(place)

@@ -119,7 +119,7 @@ class Topics:
             )
             return Waiting(
                 "no message of the model is under way to it",
-                self._net.publishing_nodes(record.channel),
+                self._net.publishing_nodes[record.channel],
                 # An earlier message without an id may have been taken for this one.
                 outside if not record.message or record.channel in self._nameless else "",
                 unclear=record.channel in self._histories
@@ -180,7 +180,7 @@ class Topics:
             reason = (
                 f"the {queue.text} was not full: at most {count} messages were under way to its {queue.limit}"
             )
-            return Waiting(reason, self._net.publishing_nodes(record.channel))
+            return Waiting(reason, self._net.publishing_nodes[record.channel])
         for _ in range(record.count):
             assert drop()
         self._messages.dropped(record)
