@@ -219,10 +219,7 @@ def say_rules_on_ros2(path: Path, said: Sequence[str], taken: Sequence[str]) -> 
 def say_what_runs(models: Iterable[pn.Net], path: Path) -> None:
     """Print how a run on ROS 2 differs from the rules of a model.
 
-    Parameters
-    ----------
-    models : iterable of pn.Net
-        The system model, or the runtime models of a workspace.
+    `models`: the system model, or the runtime models of a workspace.
     """
     from dineros.metamodel import rtm, sym
 

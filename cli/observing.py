@@ -54,10 +54,7 @@ class Source:
     def system(self, doubts: Callable[[ObservedSystem], bool]) -> ObservedSystem:
         """Return the observed system of all namespaces; print how long a graph was watched.
 
-        Parameters
-        ----------
-        doubts : callable
-            Returns whether an observed graph seems to have faults; then it is watched again.
+        `doubts`: returns whether an observed graph seems to have faults; then it is watched again.
 
         Raises
         ------

@@ -78,10 +78,7 @@ def command(
 ) -> Callable[[Callable[..., Any]], ExampleCommand]:
     """Register a function as the subcommand of its name, with `-q`, `-v` and `--debug`.
 
-    Parameters
-    ----------
-    *examples : str
-        Command lines for the end of its help; the tests run them.
+    `examples`: command lines for the end of its help; the tests run them.
     """
 
     def decorate(function: Callable[..., Any]) -> ExampleCommand:

@@ -80,11 +80,8 @@ class Whereabouts:
 class Search:
     """The search of a command, in the searching process.
 
-    Parameters
-    ----------
-    tell : callable, optional
-        Sends messages, pairs of a kind and a value, to the watching process. Without it, no process watches,
-        and output is printed immediately.
+    `tell`: sends messages, pairs of a kind and a value, to the watching process. Without it, no process
+    watches, and output is printed immediately.
     """
 
     def __init__(self, limits: Limits, tell: Callable[[tuple[str, Any]], None] | None = None) -> None:
@@ -166,10 +163,7 @@ class Search:
     def draft(self, render: Callable[[str], int]) -> None:
         """Set the output for a search that ends without its answer.
 
-        Parameters
-        ----------
-        render : callable
-            Prints all answers found so far; gets the reason of the end, and returns the exit status.
+        `render`: prints all answers found so far; gets the reason of the end, and returns the exit status.
         """
         self._render = render
         self.refresh()
@@ -177,10 +171,7 @@ class Search:
     def follow(self, tell: Callable[[], None]) -> None:
         """Set the function that prints answers as they come, if the search takes longer than a few seconds.
 
-        Parameters
-        ----------
-        tell : callable
-            Prints new answers on standard error.
+        `tell`: prints new answers on standard error.
         """
         self._follow = tell
 
@@ -195,10 +186,7 @@ class Search:
     def refresh(self, *, is_last: bool = False) -> None:
         """Send the watching process the output for the case that the search ends here.
 
-        Parameters
-        ----------
-        is_last : bool
-            Whether it does; otherwise the message is skipped if it would take too much time.
+        `is_last`: whether it does; otherwise the message is skipped if it would take too much time.
         """
         if self._follow is not None and not is_last and self.limits.spent >= self._follow_after:
             self._follow()
@@ -239,10 +227,7 @@ WHY = "\N{OBJECT REPLACEMENT CHARACTER}"
 class Relay:
     """Standard output and standard error of a watched search: the watching process prints.
 
-    Parameters
-    ----------
-    tell : callable
-        Gets the output, in order.
+    `tell`: gets the output, in order.
     """
 
     def __init__(self, tell: Callable[[Pieces], None]) -> None:

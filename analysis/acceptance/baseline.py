@@ -30,10 +30,7 @@ class Baseline:
     and the order of findings and elements do not matter. Where the baseline has a finding once, only one of
     several equal ones is known.
 
-    Parameters
-    ----------
-    findings : iterable of (str, str, iterable of str, str)
-        Rule, severity, ids of the elements, and text of the property, of each finding.
+    `findings`: rule, severity, ids of the elements, and text of the property, of each finding.
     """
 
     def __init__(self, findings: Iterable[tuple[str, str, Iterable[str], str]]) -> None:

@@ -79,10 +79,7 @@ class Suppressions:
         A suppression without effect is named only if no question stayed open, because an open question may
         hide the finding; one whose rule does not exist is always named.
 
-        Parameters
-        ----------
-        report : Report
-            The report; it is not changed.
+        `report`: the report; it is not changed.
         """
         if not self._entries:
             return report

@@ -62,11 +62,8 @@ class Apart:
     The process is a fork: it has a copy of this process's state. Create it before threads, kernels and
     solvers run here. It ends with the thread that started it; Ctrl-C is handled by this process only.
 
-    Parameters
-    ----------
-    work : callable
-        The work. It gets a function to report values, usable from all its threads; reported and returned
-        values are pickled.
+    `work`: the work. It gets a function to report values, usable from all its threads; reported and returned
+    values are pickled.
     """
 
     def __init__(self, work: Work) -> None:
@@ -105,10 +102,7 @@ class Apart:
     def messages(self, seconds: float | None = None) -> Iterator[Any]:
         """Yield the reported values as they arrive, until the process ends.
 
-        Parameters
-        ----------
-        seconds : float, optional
-            How long to wait for the next value.
+        `seconds`: how long to wait for the next value.
         """
         end = None if seconds is None else time.monotonic() + seconds
         yield from self._whole()  # an earlier caller may not have taken all values

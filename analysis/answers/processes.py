@@ -40,10 +40,7 @@ def end_group(process: subprocess.Popen[Any]) -> None:
 class ProcessTree:
     """A process with all its descendants.
 
-    Parameters
-    ----------
-    root : int
-        Id of the process.
+    `root`: id of the process.
     """
 
     def __init__(self, root: int) -> None:
@@ -54,11 +51,8 @@ class ProcessTree:
     def memory(self, most: int) -> int:
         """Return resident bytes; shared pages are counted exactly only if the cheap sum exceeds the limit.
 
-        Parameters
-        ----------
-        most : int
-            The limit. Pages are counted one by one only if the sum with shared pages counted several times
-            exceeds it, and there are more than two processes: of two, the small one waits for the other.
+        `most`: the limit. Pages are counted one by one only if the sum with shared pages counted several
+        times exceeds it, and there are more than two processes: of two, the small one waits for the other.
         """
         if time.monotonic() - self._looked > LOOK_SECONDS:
             self._look()

@@ -35,10 +35,7 @@ ASSUMES = "each thread of an executor has a processor of its own, and nothing ou
 class Bounds:
     """Bounds how long data takes through a system model.
 
-    Parameters
-    ----------
-    model : sym.SystemModel
-        A model of the middleware ``ros2``.
+    `model`: a model of the middleware ``ros2``.
 
     Raises
     ------

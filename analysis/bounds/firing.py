@@ -23,10 +23,7 @@ class OpenError(Exception):
 class EngineFirings:
     """Says within which time transitions fire, in units of time.
 
-    Parameters
-    ----------
-    tasks : Tasks
-        What the transitions do, and the unit.
+    `tasks`: what the transitions do, and the unit.
     """
 
     def __init__(self, tasks: Tasks) -> None:

@@ -28,10 +28,7 @@ def histories_of_calls(
 ) -> dict[str, tuple[Waiting, str]]:
     """Return what waits at most in histories of calls, goals and their feedback, and why something is open.
 
-    Parameters
-    ----------
-    tasks, solved
-        The callbacks of the model, and their bounds.
+    `tasks`, `solved`: the callbacks of the model, and their bounds.
     """
     # What a node that stops has not taken is lost, whatever fits.
     comes_and_goes = any(node.lifecycle is not None for node in node_nets(model))

@@ -49,10 +49,7 @@ from dineros.metamodel.times.runs import most_put, only_put_by
 class Tasks:
     """The tasks of a model.
 
-    Parameters
-    ----------
-    model : sym.SystemModel
-        A model of the middleware ``ros2``.
+    `model`: a model of the middleware ``ros2``.
 
     Attributes
     ----------

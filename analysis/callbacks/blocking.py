@@ -38,10 +38,7 @@ def blocked(space: SymbolicStateSpace, waiting: Waiting, budget: Budget = UNLIMI
 
     A callback that waits for a circle which it is not in is not named, only the circle.
 
-    Parameters
-    ----------
-    space : SymbolicStateSpace
-        Complete.
+    `space` must be complete.
 
     Raises
     ------

@@ -55,10 +55,7 @@ def searched(
     Callbacks of nodes that stand for other programs are not asked for: they are found in circles only, and
     each circle has a callback of another node.
 
-    Parameters
-    ----------
-    pages : collection of str, optional
-        Ids of the pages whose callbacks are asked for; all by default.
+    `pages`: ids of the pages whose callbacks are asked for; all by default.
     """
     walks = Walks(net, waiting)
     found: list[Blocked] = []

@@ -96,10 +96,7 @@ class Waiting:
     def circle(self, marking: Marking, of: Waiter | None = None) -> Circle | None:
         """Return some that wait for each other in a marking, a shortest circle; None if there is none.
 
-        Parameters
-        ----------
-        of : Waiter, optional
-            Only circles that it waits for, those that it is in before others.
+        `of`: only circles that it waits for, those that it is in before others.
         """
         ways, held = self._ways(marking)
         begun = {each.waiter for each in self.callbacks.values() if each.has_begun(marking)}
@@ -159,10 +156,7 @@ class Waiting:
     def lacking(self, page: str, marking: Marking) -> list[str]:
         """Return the places of the model whose tokens a callback that has begun lacks, by their ids.
 
-        Parameters
-        ----------
-        page : str
-            Id of the callback page.
+        `page`: id of the callback page.
         """
         found: dict[str, None] = {}
         for key, callback in self.callbacks.items():

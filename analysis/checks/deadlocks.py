@@ -84,10 +84,7 @@ def deadlock_groups(
 ) -> list[DeadlockGroup]:
     """Group the reachable markings that enable nothing by their causes.
 
-    Parameters
-    ----------
-    space : SymbolicStateSpace
-        The complete state space.
+    `space`: the complete state space.
 
     Raises
     ------

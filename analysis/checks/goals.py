@@ -145,10 +145,7 @@ class Goals(Question):
     def _without_space(self, checked: Checked, clients: Sequence[_Client], before: int) -> None:
         """Look for goals that can wait forever in parts of the net.
 
-        Parameters
-        ----------
-        before : int
-            Number of findings and open questions before the first question about goals.
+        `before`: number of findings and open questions before the first question about goals.
         """
         from dineros.analysis.callbacks.refining import Endings, why_unknown
 

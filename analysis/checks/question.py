@@ -204,10 +204,7 @@ class Checked:
         Running out of a budget is a reason, and so is an error of an engine. An error that ends the process,
         such as an interruption, passes.
 
-        Parameters
-        ----------
-        leave_open : callable
-            Gets the reason; None if the question must be asked again.
+        `leave_open`: gets the reason; None if the question must be asked again.
         """
         try:
             yield

@@ -15,10 +15,7 @@ from dineros.metamodel.elements import node_nets
 class Invariant:
     """A condition on markings of the flattened net and on signals.
 
-    Parameters
-    ----------
-    subject : Subject
-        The flattened system model.
+    `subject`: the flattened system model.
 
     Raises
     ------

@@ -38,10 +38,7 @@ _WAKING = (Publish, Take, Drop, Request, Serve, Reply, GoalStep)
 class Feed:
     """The records of one node that are available.
 
-    Parameters
-    ----------
-    records : iterable of Record, optional
-        All records, read when needed; without it, records are added as they arrive.
+    `records`: all records, read when needed; without it, records are added as they arrive.
     """
 
     def __init__(self, records: Iterable[Record] | None = None) -> None:
@@ -134,10 +131,7 @@ class Merger:
     def advance(self, until: Mapping[str, int] | None = None) -> None:
         """Replay as many steps as possible.
 
-        Parameters
-        ----------
-        until : dict of str to int, optional
-            For each node, the maximum number of records to replay.
+        `until`: for each node, the maximum number of records to replay.
         """
         for node in self.feeds:
             self._push(node, until)

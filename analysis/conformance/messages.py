@@ -22,10 +22,7 @@ from dineros.metamodel.records.schema import ChannelStep, ServiceStep
 class Messages:
     """Messages of a run, by sender.
 
-    Parameters
-    ----------
-    net : ConformanceNet
-        The net, which gives the clients.
+    `net`: the net, which gives the clients.
     """
 
     def __init__(self, net: ConformanceNet) -> None:

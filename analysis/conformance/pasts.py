@@ -41,10 +41,7 @@ class _Arrival:
 class Pasts:
     """Causal pasts (Lamport's happened-before) in the traces of several nodes.
 
-    Parameters
-    ----------
-    traces : dict of str to iterable of Record
-        All records of each node.
+    `traces`: all records of each node.
     """
 
     def __init__(self, traces: Mapping[str, Iterable[Record]]) -> None:

@@ -13,10 +13,7 @@ from dineros.metamodel.records.schema import Step
 class Player:
     """A marking of the flattened net, and the firings that led to it.
 
-    Parameters
-    ----------
-    firings : list of int, optional
-        List to which each firing of the net is appended.
+    `firings`: list to which each firing of the net is appended.
 
     Attributes
     ----------

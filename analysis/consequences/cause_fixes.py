@@ -58,10 +58,7 @@ Fix = Callable[[sym.SystemModel], None]
 def fix_of(model: sym.SystemModel, finding: Finding, budget: Budget) -> Fix | None:
     """Return the change that removes a fault from a model; None if no such change is known.
 
-    Parameters
-    ----------
-    model : sym.SystemModel
-        The model; it is not changed.
+    `model`: the model; it is not changed.
 
     Raises
     ------

@@ -31,10 +31,7 @@ def gone_in_time(
 ) -> list[Finding]:
     """Return which of some faults a corrected model with times does not have.
 
-    Parameters
-    ----------
-    causes : collection of Key
-        The causes that were repaired.
+    `causes`: the causes that were repaired.
     """
     subject = timed_base_subject(fixed)
     used = disproved(subject, walk_in_time(subject.timed, budget.share(WALKS_SHARE)).ways, some)

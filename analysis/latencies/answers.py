@@ -162,10 +162,7 @@ class Everything:
 def require_times(model: sym.SystemModel, *, with_guards: bool = False) -> None:
     """Refuse a model whose times cannot be asked for.
 
-    Parameters
-    ----------
-    with_guards : bool
-        Whether it may have guards: bounds follow them, and exact times do not.
+    `with_guards`: whether it may have guards: bounds follow them, and exact times do not.
 
     Raises
     ------

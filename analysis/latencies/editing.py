@@ -71,10 +71,7 @@ class Firing:
 class EditedNet:
     """A time Petri net to which an observer is added.
 
-    Parameters
-    ----------
-    net : TimedNet
-        It stays as it is.
+    `net`: it stays as it is.
     """
 
     def __init__(self, net: TimedNet) -> None:

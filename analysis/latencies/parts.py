@@ -81,10 +81,7 @@ class Pipe:
 class Parts:
     """The parts of a net.
 
-    Parameters
-    ----------
-    subject : TimedSubject
-        A system model of the middleware ``ros2``, flattened with its times.
+    `subject`: a system model of the middleware ``ros2``, flattened with its times.
     """
 
     def __init__(self, subject: TimedSubject) -> None:

@@ -166,10 +166,7 @@ def has_only_newer(path: Path, number: int) -> bool:
     Then what displaces the data of a release comes from a later release. Another publisher, another callback
     that begins the same run, and runs that overlap and overtake each other break that.
 
-    Parameters
-    ----------
-    number
-        The callback, counted from 0.
+    `number`: the callback, counted from 0.
     """
     way = path.before(number)
     if way is None:

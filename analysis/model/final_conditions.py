@@ -15,10 +15,7 @@ if TYPE_CHECKING:
 class FinalCondition:
     """A condition on markings that a model states.
 
-    Parameters
-    ----------
-    subject : Subject
-        What is analysed.
+    `subject`: what is analysed.
 
     Raises
     ------

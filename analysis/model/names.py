@@ -37,10 +37,7 @@ class PlainNames(TableNames):
     unfolded, the id of a coloured place means the sum over its colours, that of a coloured transition any of
     its bindings.
 
-    Parameters
-    ----------
-    model : pn.Net
-        The model that it was compiled from.
+    `model`: the model that it was compiled from.
     """
 
     def __init__(self, net: CompiledNet, model: pn.Net) -> None:

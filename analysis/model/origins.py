@@ -22,10 +22,7 @@ Kind = Literal["fire", "signal", "loss", "channel"]
 class Origins:
     """Where the elements of a net are on the model.
 
-    Parameters
-    ----------
-    subject : Subject
-        The net, and how it was made from the model.
+    `subject`: the net, and how it was made from the model.
 
     Attributes
     ----------

@@ -29,10 +29,7 @@ def shared_responses(model: sym.SystemModel) -> list[str]:
     node can hold the executor while a response waits, and if another node has a client, too. A client with
     a time-out may give up in the net as well, and a node that runs our engine asks again.
 
-    Parameters
-    ----------
-    model : SystemModel
-        A model by the rules of ROS 2.
+    `model`: a model by the rules of ROS 2.
     """
     callbacks = [page for page in pages(model) if isinstance(page, sym.CallbackPage)]
     found = []

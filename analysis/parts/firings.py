@@ -27,10 +27,7 @@ DEADLOCK_SHARE = 0.3
 def decide_by_parts(net: CompiledNet, found: Firings, budget: Budget) -> None:
     """Add to what is known which transitions can fire, and whether there is a deadlock.
 
-    Parameters
-    ----------
-    budget : Budget
-        Time and memory.
+    `budget`: time and memory.
     """
     budget = budget.begun()
     budget.stage("parts of the net")

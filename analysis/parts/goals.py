@@ -21,10 +21,7 @@ Ranges = Mapping[int, tuple[int, int | None]]
 class ReachableGoals:
     """Decides whether markings within ranges of tokens are reachable.
 
-    Parameters
-    ----------
-    is_goal : callable
-        Whether a marking of the net is what is looked for; it is then within one of the ranges.
+    `is_goal`: whether a marking of the net is what is looked for; it is then within one of the ranges.
     """
 
     def __init__(self, net: CompiledNet, is_goal: Callable[[Sequence[int]], bool]) -> None:

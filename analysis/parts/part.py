@@ -35,10 +35,7 @@ MOST_TOGETHER = 40
 class Whole:
     """A net that is looked at by parts.
 
-    Parameters
-    ----------
-    dead : collection of int
-        Transitions that can never fire; no part has them.
+    `dead`: transitions that can never fire; no part has them.
 
     Attributes
     ----------

@@ -44,10 +44,7 @@ def cluster_answers(jobs: Iterable[J], address: str) -> Generator[tuple[J, Any],
     If a worker dies, the scheduler gives its jobs to others; a job during which several workers die is given
     up (``distributed.scheduler.allowed-failures``).
 
-    Parameters
-    ----------
-    address : str
-        Address of the scheduler, such as ``tcp://10.0.0.1:8786``.
+    `address`: address of the scheduler, such as ``tcp://10.0.0.1:8786``.
 
     Raises
     ------

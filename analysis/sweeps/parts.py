@@ -131,10 +131,7 @@ def property_parts(
 ) -> list[Part]:
     """Return the parts of a property file: neighbours, which are similar, go to different workers.
 
-    Parameters
-    ----------
-    subject : dict
-        signals and overflow, memory in bytes, and seconds for each property.
+    `subject`: signals and overflow, memory in bytes, and seconds for each property.
     """
     told = [
         replace(one, formula=None if one.formula is None else names.ungrouped(one.formula))

@@ -157,10 +157,7 @@ def _always_ends(graph: TimedGraph, callback: Callback) -> bool:
 def _last_classes(graph: TimedGraph, among: Flags, callback: Callback) -> list[tuple[int, bool]]:
     """Return one class of each part that is never left, and whether runs of a callback end in that part.
 
-    Parameters
-    ----------
-    among
-        Classes that are never left together.
+    `among`: classes that are never left together.
     """
     inside = among[graph.source]
     source, target = graph.source[inside], graph.target[inside]

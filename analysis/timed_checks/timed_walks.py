@@ -107,10 +107,7 @@ class TimedRun:
 
         What may wait without end never fires as long as anything has to. Returns None if nothing can fire.
 
-        Parameters
-        ----------
-        draw : Random
-            Draws one of those that have to fire at the same moment.
+        `draw`: draws one of those that have to fire at the same moment.
         """
         latest = self._latest
         limits = {t: start + late for t, start in self._since.items() if (late := latest[t]) is not None}
@@ -199,10 +196,7 @@ def walk_in_time(net: TimedNet, budget: Budget, runs: int = RUNS, steps: int = S
 def walk_late(net: TimedNet, found: Walked, budget: Budget) -> None:
     """Draw long runs in which each transition fires as late as it can: what is overloaded falls behind.
 
-    Parameters
-    ----------
-    found : Walked
-        Where the runs are put.
+    `found`: where the runs are put.
     """
     for number in range(LATE_RUNS):
         run = TimedRun(net)
@@ -212,10 +206,7 @@ def walk_late(net: TimedNet, found: Walked, budget: Budget) -> None:
 def walk_towards(net: TimedNet, wanted: Collection[int], found: Walked, budget: Budget) -> None:
     """Draw runs for transitions that no run has fired yet: others that take away what they need are slow.
 
-    Parameters
-    ----------
-    found : Walked
-        Where the runs are put.
+    `found`: where the runs are put.
     """
     for transition in wanted:
         if budget.is_over:

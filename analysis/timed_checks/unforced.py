@@ -22,10 +22,7 @@ BY = "no interval has a latest bound, so each run without times is also a run wi
 class TimedProperties(Properties):
     """Stored properties, asked with times in a check without them.
 
-    Parameters
-    ----------
-    timed : TimedSubject
-        The model and net of the questions.
+    `timed`: the model and net of the questions.
     """
 
     def __init__(self, timed: TimedSubject) -> None:

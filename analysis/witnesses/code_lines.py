@@ -12,10 +12,7 @@ from dineros.metamodel.positions import code_of, line_of
 class CodeLines:
     """Finds lines of code for findings.
 
-    Parameters
-    ----------
-    model : pn.Net
-        The model; elements that stand for lines of code say so.
+    `model`: the model; elements that stand for lines of code say so.
     """
 
     def __init__(self, model: pn.Net) -> None:

@@ -251,10 +251,7 @@ class Report:
     def text_of_times(self, left_out: LeftOutTimes | None) -> str | None:
         """Return the note of the report about firing intervals; None for a model without intervals.
 
-        Parameters
-        ----------
-        left_out : LeftOutTimes or None
-            The intervals of the model, as a report that leaves them out names them.
+        `left_out`: the intervals of the model, as a report that leaves them out names them.
         """
         if self.times is not None:
             return f"{self.times}; answered by: {self.by}" if self.by else str(self.times)

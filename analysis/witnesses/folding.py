@@ -36,10 +36,7 @@ class Block:
 def folded(items: Sequence[Hashable], values: NDArray[np.float64] | None = None) -> list[Block]:
     """Divide a sequence into blocks that repeat some items; a greedy choice makes them few.
 
-    Parameters
-    ----------
-    values : float array, optional
-        By item, numbers that change from one round to the next, for each item by as much each time.
+    `values`: by item, numbers that change from one round to the next, for each item by as much each time.
 
     Examples
     --------

@@ -20,10 +20,7 @@ _QUEUES = ("load", "requests", "responses")
 def disorder(subject: Subject, firings: Sequence[int]) -> str:
     """Return the first queue that a message leaves before an older one, in words; empty: there is none.
 
-    Parameters
-    ----------
-    firings : sequence of int
-        Transitions, from the initial marking.
+    `firings`: transitions, from the initial marking.
     """
     queues = _unordered(subject)
     if not queues:

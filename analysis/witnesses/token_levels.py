@@ -11,10 +11,7 @@ from dineros.analysis.nets.compiled import CompiledNet
 class TokenLevels:
     """The levels of all places at all positions; only their changes are stored.
 
-    Parameters
-    ----------
-    sequence : sequence of int
-        Transitions, from the initial marking; each is enabled when it is its turn.
+    `sequence`: transitions, from the initial marking; each is enabled when it is its turn.
     """
 
     def __init__(self, net: CompiledNet, sequence: Sequence[int]) -> None:

@@ -89,10 +89,7 @@ def witness_of(
 ) -> Witness:
     """Replay a sequence of transitions and return it as a witness.
 
-    Parameters
-    ----------
-    times
-        When its transitions fire; by default, as the net says.
+    `times`: when its transitions fire; by default, as the net says.
 
     Raises
     ------

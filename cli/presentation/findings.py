@@ -70,10 +70,7 @@ def print_report(
 class Coming:
     """Prints answers on standard error as they come; the report follows on standard output.
 
-    Parameters
-    ----------
-    accepted : callable
-        Returns a report in which accepted findings are separate.
+    `accepted`: returns a report in which accepted findings are separate.
     """
 
     def __init__(self, report: Report, accepted: Callable[[Report], Report]) -> None:

@@ -66,10 +66,7 @@ def run_in_process(
 ) -> Ending:
     """Run all nodes in this process: on threads, or step by step in simulated time.
 
-    Parameters
-    ----------
-    steering : Steering, optional
-        Gets the nodes, for pages that steer them.
+    `steering`: gets the nodes, for pages that steer them.
 
     Raises
     ------

@@ -56,10 +56,8 @@ def run_on_ros(
 ) -> Ending:
     """Run one process per node, and the further programs, until the run ends.
 
-    Parameters
-    ----------
-    steering : Steering, optional
-        Gets the nodes, for pages that steer them; without it, their processes get no line to this one.
+    `steering`: gets the nodes, for pages that steer them; without it, their processes get no line to this
+    one.
 
     Raises
     ------

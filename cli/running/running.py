@@ -76,10 +76,7 @@ class Outcome:
 def run_application(application: Application, options: Options, tell: Callable[[Outcome], None]) -> int:
     """Run all nodes until the run ends.
 
-    Parameters
-    ----------
-    tell : callable
-        Gets the result while the traces still exist.
+    `tell`: gets the result while the traces still exist.
 
     Returns
     -------

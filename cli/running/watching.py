@@ -138,10 +138,7 @@ class Running(Protocol):
 def watch(wanted: Wanted, observer: FolderObserver, running: Running) -> Ending:
     """Follow a run until it ends, and sleep between events.
 
-    Parameters
-    ----------
-    running : Running
-        The processes or threads.
+    `running`: the processes or threads.
     """
     end = None if wanted.options.timeout is None else time.monotonic() + wanted.options.timeout
     period = CALM_PERIOD if wanted.until is None and wanted.monitor is None else PERIOD

@@ -29,10 +29,7 @@ class Decision(NamedTuple):
 class Decisions:
     """The guards and assignments of all transitions of a net.
 
-    Parameters
-    ----------
-    subject : Subject
-        The flattened net, with guards not unfolded.
+    `subject`: the flattened net, with guards not unfolded.
 
     Attributes
     ----------

@@ -187,10 +187,7 @@ class HistoryFlow:
     def drop(self, record: Drop, following: Take | None) -> Refusal | None:
         """Lose the messages that a subscriber's trace reports as lost, except losses replayed already.
 
-        Parameters
-        ----------
-        following : Take, optional
-            The message before which they are missing: they are of the same publisher.
+        `following`: the message before which they are missing: they are of the same publisher.
         """
         place = record.place or ""
         if record.queue not in ("subscriber", "restart"):

@@ -16,10 +16,7 @@ from dineros.analysis.conformance.topics.parts import Queue, Topic
 class TopicFlow:
     """Moves messages of one topic.
 
-    Parameters
-    ----------
-    keep : collection of str
-        Places of publishers whose queues should stay as full as possible.
+    `keep`: places of publishers whose queues should stay as full as possible.
     """
 
     def __init__(self, player: Player, topic: Topic, keep: Collection[str] = ()) -> None:

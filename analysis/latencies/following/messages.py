@@ -29,10 +29,7 @@ class StartOfInstance:
 class FollowedMessages:
     """Follows messages from a publisher to a reader history.
 
-    Parameters
-    ----------
-    start : StartOfInstance
-        What the release of an instance does.
+    `start`: what the release of an instance does.
 
     Attributes
     ----------

@@ -10,10 +10,7 @@ from dineros.analysis.timed.exploring import Explored
 class FollowedRuns:
     """Distinguishes a run that is followed from others in a net.
 
-    Parameters
-    ----------
-    net : EditedNet
-        The net; it gets the places of the run that is followed.
+    `net`: the net; it gets the places of the run that is followed.
     """
 
     def __init__(self, net: EditedNet, parts: Parts, explored: Explored) -> None:

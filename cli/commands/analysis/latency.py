@@ -210,10 +210,7 @@ _WORDS = {"reaction": "reaction time", "age": "data age"}
 class _Saying:
     """Prints the results.
 
-    Parameters
-    ----------
-    of_source : list of str
-        The assumption about the source of the model, if there is one.
+    `of_source`: the assumption about the source of the model, if there is one.
     """
 
     def __init__(self, model: Path, chain: str, as_json: bool, of_source: list[str]) -> None:

@@ -14,6 +14,7 @@ from dineros.metamodel.build import flow
 from dineros.metamodel.elements import find
 from dineros.metamodel.lifecycles.start_order import managed_nodes
 from dineros.metamodel.settings import apply
+from tests.support.ros2_systems.deliveries import deliveries
 from tests.support.ros2_systems.managed_systems import camera, talk
 
 RULES = {fault.rule for fault in Presence.faults}
@@ -105,3 +106,9 @@ def test_later_losses_are_no_question_of_the_order() -> None:
 def test_a_budget_that_is_too_small() -> None:
     found = suggest_start_order(camera(), Budget(seconds=0.0))
     assert not found.is_found and not found.is_proved and found.reason
+
+
+def test_a_managed_server_of_an_action() -> None:
+    model = deliveries(cancels=0, rejects=False)
+    find(model, "robot", sym.NodeNet).lifecycle = sym.Lifecycle()
+    assert suggest_start_order(model, Budget(seconds=60.0)).is_found
