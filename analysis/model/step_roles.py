@@ -158,17 +158,16 @@ class _Roles:
         client = next((source for source in link.sources if isinstance(source, sym.ActionClientPort)), None)
         exit_ = next((source for source in link.sources if source in outcomes), None)
         outcome = outcomes[exit_] if isinstance(exit_, pn.Place) else None
-        declared, name = kind.declared, None if client is None else client.client
+        declared, name, instance = kind.declared, None if client is None else client.client, link.index
         if declared.end == "server":
-            assert link.index is not None
+            assert instance is not None
             end = getattr(server, declared.port) if declared.port else exit_
-            node, index, instance = _node(server.entry), link.index, link.index
+            node, place = _node(server.entry), None if end is None else self._copies[end, instance]
         else:
             assert client is not None
             end = getattr(client, declared.port or outcome or "")
-            node, index = _node(client.goal), None
-            instance = link.index if declared.goal == "is asked to cancel" else None
-        place = None if end is None else self._copies[end, index]
+            node, place = _node(client.goal), None if end is None else self._copies[end, None]
+            instance = instance if declared.goal == "is asked to cancel" else None
         return StepRole(kind, node, channel.id, place=place, client=name, instance=instance, outcome=outcome)
 
 
