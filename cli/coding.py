@@ -136,8 +136,6 @@ def _cache() -> Path | None:
 def model_of_code(code: Code, given: Path | None, settings: Sequence[str]) -> ModelOfCode:
     """Return the model of source code, and the faults that the code and its names show.
 
-    `given`: a file of given facts.
-
     Raises
     ------
     DinerosError

@@ -33,8 +33,6 @@ def start_quickly(model: Path | None = None) -> None:
     During this import, some packages appear to be absent. This is for the command line, which owns its
     process; the library leaves it to the caller.
 
-    `model`: the file that the command reads.
-
     Raises
     ------
     ModelFileError

@@ -225,10 +225,7 @@ WHY = "\N{OBJECT REPLACEMENT CHARACTER}"
 
 
 class Relay:
-    """Standard output and standard error of a watched search: the watching process prints.
-
-    `tell`: gets the output, in order.
-    """
+    """Standard output and standard error of a watched search: the watching process prints."""
 
     def __init__(self, tell: Callable[[Pieces], None]) -> None:
         self._tell = tell

@@ -38,10 +38,7 @@ def end_group(process: subprocess.Popen[Any]) -> None:
 
 
 class ProcessTree:
-    """A process with all its descendants.
-
-    `root`: id of the process.
-    """
+    """A process with all its descendants."""
 
     def __init__(self, root: int) -> None:
         self.root = root

@@ -49,7 +49,7 @@ class Ending:
     """Whether a callback that has begun can always end."""
 
     status: Literal["ends", "waits", "unknown"]
-    """It can; it can wait forever; that is not known."""
+    """``ends``: it can end; ``waits``: it can wait forever; ``unknown``: that is not known."""
     trace: tuple[int, ...] = ()
     """Transitions of the net that lead to where it never ends."""
     is_limited: bool = False

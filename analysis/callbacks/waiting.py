@@ -154,10 +154,7 @@ class Waiting:
         return ways
 
     def lacking(self, page: str, marking: Marking) -> list[str]:
-        """Return the places of the model whose tokens a callback that has begun lacks, by their ids.
-
-        `page`: id of the callback page.
-        """
+        """Return the places of the model whose tokens a callback that has begun lacks, by their ids."""
         found: dict[str, None] = {}
         for key, callback in self.callbacks.items():
             if callback.waiter.element != page or not callback.has_begun(marking):

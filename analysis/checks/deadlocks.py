@@ -84,8 +84,6 @@ def deadlock_groups(
 ) -> list[DeadlockGroup]:
     """Group the reachable markings that enable nothing by their causes.
 
-    `space`: the complete state space.
-
     Raises
     ------
     DiagramMemoryError

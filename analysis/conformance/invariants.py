@@ -15,8 +15,6 @@ from dineros.metamodel.elements import node_nets
 class Invariant:
     """A condition on markings of the flattened net and on signals.
 
-    `subject`: the flattened system model.
-
     Raises
     ------
     FormulaError

@@ -20,10 +20,7 @@ from dineros.metamodel.records.schema import ChannelStep, ServiceStep
 
 
 class Messages:
-    """Messages of a run, by sender.
-
-    `net`: the net, which gives the clients.
-    """
+    """Messages of a run, by sender."""
 
     def __init__(self, net: ConformanceNet) -> None:
         self._net = net

@@ -29,10 +29,7 @@ def gone_in_time(
     some: list[Finding],
     budget: Budget,
 ) -> list[Finding]:
-    """Return which of some faults a corrected model with times does not have.
-
-    `causes`: the causes that were repaired.
-    """
+    """Return which of some faults a corrected model with times does not have."""
     subject = timed_base_subject(fixed)
     used = disproved(subject, walk_in_time(subject.timed, budget.share(WALKS_SHARE)).ways, some)
     rest = [each for each in some if not is_in(each, used)]

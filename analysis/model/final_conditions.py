@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 class FinalCondition:
     """A condition on markings that a model states.
 
-    `subject`: what is analysed.
-
     Raises
     ------
     FormulaError

@@ -64,10 +64,7 @@ class StepRole:
 
 
 def step_roles(links: Iterable[Link]) -> dict[str, StepRole]:
-    """Return the role of every transition of a flattened net, by its id.
-
-    `links`: how the elements of the net were made.
-    """
+    """Return the role of every transition of a flattened net, by its id."""
     links = list(links)
     roles = _Roles(links)
     return {link.target.id: roles.of(link) for link in links if isinstance(link.target, pn.Transition)}

@@ -25,10 +25,7 @@ DEADLOCK_SHARE = 0.3
 
 
 def decide_by_parts(net: CompiledNet, found: Firings, budget: Budget) -> None:
-    """Add to what is known which transitions can fire, and whether there is a deadlock.
-
-    `budget`: time and memory.
-    """
+    """Add to what is known which transitions can fire, and whether there is a deadlock."""
     budget = budget.begun()
     budget.stage("parts of the net")
     whole = Whole(net, found.dead)

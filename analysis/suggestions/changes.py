@@ -235,8 +235,6 @@ def against_run(
 
     Those that may run twice at once get a group of their own. Those that ran at the same time share an
     exclusive group; or the executor has fewer threads than ran at once.
-
-    `callbacks`: callbacks of the changed model.
     """
     begun: dict[sym.CallbackPage, None] = {}
     together: dict[tuple[sym.CallbackPage, sym.CallbackPage], None] = {}

@@ -244,8 +244,6 @@ def to_junit(report: Report, model: pn.Net, path: Path, name: str = "dineros che
     suppressed or in the baseline are skipped, too, with the reason. The property ``times`` of the suite says
     that firing intervals are taken into account, or left out, and which answers hold all the same. Each
     property ``assumes`` is an assumption of all proofs.
-
-    `name`: what found it.
     """
     failing = [finding for finding in report.findings if finding.severity != "note"]
     accepted = [(each.finding, f"suppressed: {each.why}") for each in report.suppressed]

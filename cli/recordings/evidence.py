@@ -29,7 +29,7 @@ class Evidence:
     """The source of the messages to explain: the recording, or else the tracing files."""
     tracing: Path | None
     proposals: list[Proposal]
-    """Of both."""
+    """What the recording and the tracing files propose."""
     recorded: Collection[RecordedTopic]
     messages: Messages
     """`recorded`, `messages`: what is explained."""

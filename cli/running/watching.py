@@ -136,10 +136,7 @@ class Running(Protocol):
 
 
 def watch(wanted: Wanted, observer: FolderObserver, running: Running) -> Ending:
-    """Follow a run until it ends, and sleep between events.
-
-    `running`: the processes or threads.
-    """
+    """Follow a run until it ends, and sleep between events."""
     end = None if wanted.options.timeout is None else time.monotonic() + wanted.options.timeout
     period = CALM_PERIOD if wanted.until is None and wanted.monitor is None else PERIOD
     try:
