@@ -48,7 +48,7 @@ def _covers(conditions: list[Condition], fields: dict[str, FieldType]) -> bool:
         return False
     asked = (each for condition in conditions for each in comparisons(condition))
     return all(
-        any(condition.holds({FieldName(*name): sample(values)}) for condition in conditions)
+        any(condition.evaluate({FieldName(*name): sample(values)}) for condition in conditions)
         for values in classes_of(field, asked)
     )
 

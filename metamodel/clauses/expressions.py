@@ -9,11 +9,14 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import Any, ClassVar
 
 KEYWORDS = frozenset({"and", "or", "not", "true", "false"})
 SignalSetting = bool | str
 """What a signal can be: true or false, or one of the values that it has, by name."""
+
+Valuation = Mapping[Any, SignalSetting | int]
+"""What an expression asks about, such as the name of a signal -> its value."""
 
 Atom = tuple[str, str | None]
 """The name of a signal, and the value that it is compared with; None: it is true or false."""
@@ -37,8 +40,8 @@ class Expression:
         deepest = max((operand.depth for operand in self.operands), default=-1)
         object.__setattr__(self, "depth", deepest + 1)
 
-    def evaluate(self, values: Mapping[str, SignalSetting]) -> bool:
-        """Return the truth value under an assignment of the signals; KeyError for a missing one."""
+    def evaluate(self, values: Valuation) -> bool:
+        """Return the truth value under an assignment of all that is asked; KeyError for what is missing."""
         raise NotImplementedError
 
     def _inside(self, binding: int) -> str:
@@ -53,7 +56,7 @@ class Signal(Expression):
     binding: ClassVar[int] = 6
     name: str
 
-    def evaluate(self, values: Mapping[str, SignalSetting]) -> bool:  # noqa: D102
+    def evaluate(self, values: Valuation) -> bool:  # noqa: D102
         return values[self.name] is True
 
     def __str__(self) -> str:
@@ -68,7 +71,7 @@ class SignalIs(Expression):
     name: str
     value: str
 
-    def evaluate(self, values: Mapping[str, SignalSetting]) -> bool:  # noqa: D102
+    def evaluate(self, values: Valuation) -> bool:  # noqa: D102
         return values[self.name] == self.value
 
     def __str__(self) -> str:
@@ -82,7 +85,7 @@ class Constant(Expression):
     binding: ClassVar[int] = 6
     value: bool
 
-    def evaluate(self, values: Mapping[str, SignalSetting]) -> bool:  # noqa: D102
+    def evaluate(self, values: Valuation) -> bool:  # noqa: D102
         return self.value
 
     def __str__(self) -> str:
@@ -100,7 +103,7 @@ class Not(Expression):
     def operands(self) -> tuple[Expression, ...]:  # noqa: D102
         return (self.operand,)
 
-    def evaluate(self, values: Mapping[str, SignalSetting]) -> bool:  # noqa: D102
+    def evaluate(self, values: Valuation) -> bool:  # noqa: D102
         return not self.operand.evaluate(values)
 
     def __str__(self) -> str:
@@ -131,7 +134,7 @@ class And(_Chain):
     binding: ClassVar[int] = 4
     sign: ClassVar[str] = "&"
 
-    def evaluate(self, values: Mapping[str, SignalSetting]) -> bool:  # noqa: D102
+    def evaluate(self, values: Valuation) -> bool:  # noqa: D102
         return all(part.evaluate(values) for part in self.parts)
 
 
@@ -142,7 +145,7 @@ class Or(_Chain):
     binding: ClassVar[int] = 3
     sign: ClassVar[str] = "|"
 
-    def evaluate(self, values: Mapping[str, SignalSetting]) -> bool:  # noqa: D102
+    def evaluate(self, values: Valuation) -> bool:  # noqa: D102
         return any(part.evaluate(values) for part in self.parts)
 
 
@@ -158,7 +161,7 @@ class Implies(Expression):
     def operands(self) -> tuple[Expression, ...]:  # noqa: D102
         return (self.premise, self.conclusion)
 
-    def evaluate(self, values: Mapping[str, SignalSetting]) -> bool:  # noqa: D102
+    def evaluate(self, values: Valuation) -> bool:  # noqa: D102
         return not self.premise.evaluate(values) or self.conclusion.evaluate(values)
 
     def __str__(self) -> str:
@@ -177,7 +180,7 @@ class Equivalent(Expression):
     def operands(self) -> tuple[Expression, ...]:  # noqa: D102
         return (self.left, self.right)
 
-    def evaluate(self, values: Mapping[str, SignalSetting]) -> bool:  # noqa: D102
+    def evaluate(self, values: Valuation) -> bool:  # noqa: D102
         return self.left.evaluate(values) == self.right.evaluate(values)
 
     def __str__(self) -> str:

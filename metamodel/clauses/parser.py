@@ -96,11 +96,24 @@ def _parser() -> Lark:
     return parser_of(Path(__file__).with_name("clause.lark"), transformer=_ClauseBuilder())
 
 
-class _ClauseBuilder:
-    """Builds the tree while the text is parsed: bottom-up, so that no nesting can exhaust the stack.
+class ConnectiveBuilder:
+    """Builds connectives while a text is parsed: bottom-up, so that no nesting can exhaust the stack.
 
-    Its methods are called as the rules of the grammar are.
+    Methods of builders are called as the rules of their grammars are.
     """
+
+    def not_(self, children: list[Expression]) -> Expression:  # noqa: D102
+        return Not(*children)
+
+    def and_(self, children: list[Expression]) -> Expression:  # noqa: D102
+        return And(tuple(children))
+
+    def or_(self, children: list[Expression]) -> Expression:  # noqa: D102
+        return Or(tuple(children))
+
+
+class _ClauseBuilder(ConnectiveBuilder):
+    """Builds the tree of a clause."""
 
     def signal(self, children: list[Token]) -> Expression:
         return Signal(str(children[0]))
@@ -119,15 +132,6 @@ class _ClauseBuilder:
 
     def false(self, _: list[Expression]) -> Expression:
         return Constant(False)
-
-    def not_(self, children: list[Expression]) -> Expression:
-        return Not(*children)
-
-    def and_(self, children: list[Expression]) -> Expression:
-        return And(tuple(children))
-
-    def or_(self, children: list[Expression]) -> Expression:
-        return Or(tuple(children))
 
     def implies(self, children: list[Expression]) -> Expression:
         return Implies(*children)

@@ -98,7 +98,7 @@ class Palette:
     def fulfils(self, colour: Colour, condition: Condition) -> bool:
         """Return whether the tokens of a colour fulfil a condition: either all of them do, or none."""
         values = {FieldName(None, name): sample(each) for name, each in zip(self.fields, colour, strict=True)}
-        return condition.holds(values)
+        return condition.evaluate(values)
 
     def values(self, colour: Colour, field: str) -> Values:
         """Return the values that a field of a token of a colour may have."""

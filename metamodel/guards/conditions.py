@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import operator
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+from dineros.metamodel.clauses.expressions import And, Expression, Not, Or, Valuation
+
+Condition = Expression
+"""A condition over fields, such as a `Comparison`, or several that are joined as in clauses."""
 
 Constant = int | bool | str
 """A number, a truth value, or the name of a value."""
 
-SIGNS: dict[str, Callable[[int, int], bool]] = {
+SIGNS: dict[str, Callable[[Any, Any], bool]] = {
     "=": operator.eq,
     "<>": operator.ne,
     "<": operator.lt,
@@ -43,21 +48,7 @@ def _written(name: str) -> str:
 
 
 @dataclass(frozen=True)
-class Condition:
-    """A condition over fields."""
-
-    @property
-    def operands(self) -> tuple[Condition, ...]:
-        """The conditions that this condition consists of."""
-        return ()
-
-    def holds(self, values: Mapping[FieldName, int]) -> bool:
-        """Return whether the condition holds for the values of all its fields; truth values are 0 and 1."""
-        raise NotImplementedError
-
-
-@dataclass(frozen=True)
-class Comparison(Condition):
+class Comparison(Expression):
     """A field compared with a constant, or with another field of the same token until names are resolved."""
 
     field: FieldName
@@ -69,51 +60,9 @@ class Comparison(Condition):
         """The fields that are compared."""
         return (self.field, self.value) if isinstance(self.value, FieldName) else (self.field,)
 
-    def holds(self, values: Mapping[FieldName, int]) -> bool:  # noqa: D102
+    def evaluate(self, values: Valuation) -> bool:  # noqa: D102
         assert not isinstance(self.value, (str, FieldName)), "names are resolved"
         return SIGNS[self.sign](values[self.field], self.value)
-
-
-@dataclass(frozen=True)
-class Not(Condition):
-    """Negation."""
-
-    operand: Condition
-
-    @property
-    def operands(self) -> tuple[Condition, ...]:  # noqa: D102
-        return (self.operand,)
-
-    def holds(self, values: Mapping[FieldName, int]) -> bool:  # noqa: D102
-        return not self.operand.holds(values)
-
-
-@dataclass(frozen=True)
-class And(Condition):
-    """Conjunction."""
-
-    parts: tuple[Condition, ...]
-
-    @property
-    def operands(self) -> tuple[Condition, ...]:  # noqa: D102
-        return self.parts
-
-    def holds(self, values: Mapping[FieldName, int]) -> bool:  # noqa: D102
-        return all(part.holds(values) for part in self.parts)
-
-
-@dataclass(frozen=True)
-class Or(Condition):
-    """Disjunction."""
-
-    parts: tuple[Condition, ...]
-
-    @property
-    def operands(self) -> tuple[Condition, ...]:  # noqa: D102
-        return self.parts
-
-    def holds(self, values: Mapping[FieldName, int]) -> bool:  # noqa: D102
-        return any(part.holds(values) for part in self.parts)
 
 
 class Assignment(NamedTuple):

@@ -54,7 +54,7 @@ def fulfils(condition: Condition, data: Mapping[str, object]) -> bool:
         value = data[each.field.field]
         assert isinstance(value, int), "a field with a range is a number or a truth value"
         values[each.field] = int(value)
-    return condition.holds(values)
+    return condition.evaluate(values)
 
 
 def as_value(number: int, field: FieldType) -> Value:

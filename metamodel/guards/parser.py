@@ -7,19 +7,17 @@ from functools import cache, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from dineros.metamodel.clauses.expressions import unquoted
+from dineros.metamodel.clauses.expressions import And, Not, unquoted
+from dineros.metamodel.clauses.parser import ConnectiveBuilder
 from dineros.metamodel.errors import GuardError
 from dineros.metamodel.grammars import parser_of
 from dineros.metamodel.guards.conditions import (
     TURNED,
-    And,
     Assignment,
     Comparison,
     Condition,
     Constant,
     FieldName,
-    Not,
-    Or,
 )
 
 if TYPE_CHECKING:
@@ -62,10 +60,7 @@ def parse_guard(text: str) -> Condition:
         The text is not such a condition, is too long, or is nested too deeply.
     """
     condition: Condition = _parsed(text, "condition")
-    depth, level = 0, [condition]
-    while level:
-        depth += 1
-        level = [operand for part in level for operand in part.operands]
+    depth = condition.depth + 1
     if depth > MAX_DEPTH:
         raise GuardError(f"it nests {depth} operators, more than {MAX_DEPTH}", hint="write it flatter")
     return condition
@@ -121,7 +116,7 @@ def _parser() -> Lark:
     return parser_of(Path(__file__).with_name("guard.lark"), start=starts, transformer=_GuardBuilder())
 
 
-class _GuardBuilder:
+class _GuardBuilder(ConnectiveBuilder):
     """Builds the tree while the text is parsed; its methods have the names of the grammar's rules."""
 
     def plain(self, children: list[Token]) -> str:
@@ -159,15 +154,6 @@ class _GuardBuilder:
 
     def not_between(self, children: list[Any]) -> Condition:
         return Not(self.between(children))
-
-    def not_(self, children: list[Condition]) -> Condition:
-        return Not(*children)
-
-    def and_(self, children: list[Condition]) -> Condition:
-        return And(tuple(children))
-
-    def or_(self, children: list[Condition]) -> Condition:
-        return Or(tuple(children))
 
     def assignment(self, children: list[Any]) -> Assignment:
         return Assignment(*children)

@@ -9,15 +9,14 @@ from functools import partial
 from itertools import product
 
 from dineros.metamodel import pn
+from dineros.metamodel.clauses.expressions import And, Or
 from dineros.metamodel.errors import GuardError, near_matches
 from dineros.metamodel.guards.conditions import (
     TURNED,
-    And,
     Comparison,
     Condition,
     Constant,
     FieldName,
-    Or,
     comparisons,
     with_comparisons,
 )
@@ -268,6 +267,6 @@ def satisfying(condition: Condition, known: Mapping[str, FieldType]) -> dict[str
         raise GuardError(f"it tells {total} kinds of tokens apart, more than {MOST_KINDS}")
     for choice in product(*classes):
         values = dict(zip(names, map(sample, choice), strict=True))
-        if condition.holds(values):
+        if condition.evaluate(values):
             return {name.field: value for name, value in values.items()}
     return None
