@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, TypeVar, get_args
 
 from dineros.metamodel import pn, rtm, sym
@@ -234,65 +234,47 @@ class Index:
     @cached_property
     def port_uses(self) -> dict[EObject, list[PortUse]]:
         """What ports do with each place."""
+        known = (cls for cls in _USES if not issubclass(cls, rtm.PlacePort))
+        ports: list[Any] = [port for cls in known for port in self.all(cls)]
+        ports += [port for place in self.all(rtm.Place) for port in place.ports]
         uses: dict[EObject, list[PortUse]] = defaultdict(list)
-        for publisher in self.all(sym.PublisherPort):
-            name = publisher.channel.topic if publisher.channel else ""
-            uses[publisher.place].append(PortUse(publisher, True, ("topic", name)))
-        for subscriber in self.all(sym.SubscriberPort):
-            name = subscriber.channel.topic if subscriber.channel else ""
-            uses[subscriber.place].append(PortUse(subscriber, False, ("topic", name)))
-            if subscriber.missed is not None:
-                uses[subscriber.missed].append(PortUse(subscriber, False, ("topic", name)))
-        for server in self.all(sym.ServerPort):
-            name = server.channel.service if server.channel else ""
-            uses[server.entry].append(PortUse(server, False, ("service", name)))
-            uses[server.exit].append(PortUse(server, True, ("service", name)))
-        for client in self.all(sym.ClientPort):
-            name = client.channel.service if client.channel else ""
-            uses[client.request].append(PortUse(client, True, ("service", name)))
-            uses[client.response].append(PortUse(client, False, ("service", name)))
-            if client.timedOut is not None:
-                uses[client.timedOut].append(PortUse(client, False, ("service", name)))
-        for action_server in self.all(sym.ActionServerPort):
-            name = action_server.channel.action if action_server.channel else ""
-            _add_action_uses(uses, action_server.entry, action_server, name)
-        for action_client in self.all(sym.ActionClientPort):
-            name = action_client.channel.action if action_client.channel else ""
-            _add_action_uses(uses, action_client.goal, action_client, name)
-        for place in self.all(rtm.Place):
-            for port in place.ports:
-                if port not in self.incomplete:
-                    _add_runtime_uses(uses, place, port)
+        for port in ports:
+            if port in self.incomplete:
+                continue
+            kind, roles = _USES[type(port)]
+            channel = port if isinstance(port, rtm.PlacePort) else port.channel
+            use = partial(PortUse, port, channel=(kind, getattr(channel, kind) if channel else ""))
+            met: set[pn.Place] = set()
+            for role, sends in roles:
+                place = getattr(port, role) if role else port.eContainer()
+                if place is None or place in met:
+                    continue
+                if kind == "action" and role not in _OWN:  # one place may be for several ends of a goal
+                    met.add(place)
+                uses[place].append(use(sends))
         return dict(uses)
 
 
 _ServerPort = sym.ServerPort | rtm.ServerPort | sym.ActionServerPort | rtm.ActionServerPort
-_ActionPort = sym.ActionClientPort | sym.ActionServerPort | rtm.ActionClientPort | rtm.ActionServerPort
 
+_OWN = ("", "entry", "goal")
+_OF_SERVER = tuple((role, role != "cancel") for role in SERVER_PLACES)
+_OF_CLIENT = tuple((role, role == "cancel") for role in CLIENT_PLACES)
+_USES: dict[type[EObject], tuple[str, tuple[tuple[str, bool], ...]]] = {
+    sym.PublisherPort: ("topic", (("place", True),)),
+    sym.SubscriberPort: ("topic", (("place", False), ("missed", False))),
+    sym.ServerPort: ("service", (("entry", False), ("exit", True))),
+    sym.ClientPort: ("service", (("request", True), ("response", False), ("timedOut", False))),
+    sym.ActionServerPort: ("action", (("entry", False), *_OF_SERVER)),
+    sym.ActionClientPort: ("action", (("goal", True), *_OF_CLIENT)),
+    rtm.PublisherPort: ("topic", (("", True),)),
+    rtm.SubscriberPort: ("topic", (("", False),)),
+    rtm.ServerPort: ("service", (("", False), ("exit", True))),
+    rtm.ClientPort: ("service", (("", True), ("response", False))),
+    rtm.ActionServerPort: ("action", (("", False), *_OF_SERVER)),
+    rtm.ActionClientPort: ("action", (("", True), *_OF_CLIENT)),
+}
+"""Kind of the channel of a port, and whether the port takes tokens from each of its places.
 
-def _add_action_uses(uses: dict[EObject, list[PortUse]], own: pn.Place, port: _ActionPort, name: str) -> None:
-    """Add the places of an action's port: clients send goals and cancels, servers results and feedback."""
-    is_client = isinstance(port, (sym.ActionClientPort, rtm.ActionClientPort))
-    uses[own].append(PortUse(port, is_client, ("action", name)))
-    others: list[pn.Place] = []
-    for role in CLIENT_PLACES if is_client else SERVER_PLACES:
-        place: pn.Place | None = getattr(port, role)
-        if place is not None and place not in others:
-            others.append(place)
-            uses[place].append(PortUse(port, (role == "cancel") == is_client, ("action", name)))
-
-
-def _add_runtime_uses(uses: dict[EObject, list[PortUse]], place: rtm.Place, port: rtm.PlacePort) -> None:
-    match port:
-        case rtm.PublisherPort():
-            uses[place].append(PortUse(port, True, ("topic", port.topic)))
-        case rtm.SubscriberPort():
-            uses[place].append(PortUse(port, False, ("topic", port.topic)))
-        case rtm.ActionClientPort() | rtm.ActionServerPort():
-            _add_action_uses(uses, place, port, port.action)
-        case rtm.ClientPort():
-            uses[place].append(PortUse(port, True, ("service", port.service)))
-            uses[port.response].append(PortUse(port, False, ("service", port.service)))
-        case rtm.ServerPort():
-            uses[place].append(PortUse(port, False, ("service", port.service)))
-            uses[port.exit].append(PortUse(port, True, ("service", port.service)))
+The place without a role is the one that holds a port of a run-time model.
+"""
