@@ -133,13 +133,7 @@ class ActionClient:
         self._look_at_cancels()
 
     def send(self) -> None:
-        """Send the oldest token as a goal.
-
-        Raises
-        ------
-        SendError
-            The transport failed; the token stays on its place.
-        """
+        """Send the oldest token as a goal."""
         traffic, port, place = self._traffic, self.port, self.goal
         self._cancel_first(len(self.goals))
         token = traffic.engine.oldest(place)
@@ -158,13 +152,7 @@ class ActionClient:
         self._look_at_cancels()
 
     def send_cancel(self) -> None:
-        """Use the oldest cancel token to cancel the oldest goal that can be canceled; none: drop the token.
-
-        Raises
-        ------
-        SendError
-            The transport failed; the token stays on its place.
-        """
+        """Use the oldest cancel token for the oldest goal that can be canceled; none: drop the token."""
         traffic, port = self._traffic, self.port
         assert self._cancel is not None
         goal = self._cancelable()

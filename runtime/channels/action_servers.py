@@ -239,11 +239,6 @@ class ActionServer:
 
         Feedback of an existing action type has no number by which the client could recognise a copy. So it is
         recorded before it is sent: it arrives once or, if the node is killed in between, not at all.
-
-        Raises
-        ------
-        SendError
-            The transport failed; the token stays on its place.
         """
         traffic, place = self._traffic, slot.feedback
         assert slot.goal is not None and place is not None
@@ -273,13 +268,7 @@ class ActionServer:
             self._traffic.joined.give_feedback(self.port, slot.goal.id, number, data)
 
     def finish(self, slot: Slot, outcome: OutcomeKind) -> None:
-        """Send the oldest token of an exit as the goal's result, after all feedback; the slot is idle then.
-
-        Raises
-        ------
-        SendError
-            The transport failed; the token stays on its place.
-        """
+        """Send the oldest token of an exit as the result, after all feedback; the slot is idle then."""
         traffic, port, place = self._traffic, self.port, slot.exits[outcome]
         assert slot.goal is not None
         engine, goal = traffic.engine, slot.goal

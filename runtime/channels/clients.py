@@ -97,13 +97,7 @@ class Client:
         self.calls[message.id] = Call(message, self._traffic.loop.clock() - age, attempts)
 
     def send(self) -> None:
-        """Send the oldest token as a request.
-
-        Raises
-        ------
-        SendError
-            The transport failed; the token stays on its place.
-        """
+        """Send the oldest token as a request."""
         traffic, port, place = self._traffic, self.port, self.request
         token = traffic.engine.oldest(place)
         call = Call(Message(traffic.next_id(port.request), token.data), traffic.loop.clock())

@@ -61,13 +61,7 @@ class Publisher:
         self._about = {"channel": self.port.channel}
 
     def send(self) -> None:
-        """Publish the oldest token.
-
-        Raises
-        ------
-        SendError
-            The transport failed; the token stays on its place.
-        """
+        """Publish the oldest token."""
         traffic, port, place = self._traffic, self.port, self.place
         if not traffic.is_active:
             self._discard("inactive")

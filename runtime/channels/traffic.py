@@ -89,7 +89,7 @@ class Traffic:
         place : int
             The place.
         send : callable
-            Sends its oldest token.
+            Sends its oldest token; if the transport fails, it raises `SendError` and the token stays there.
         port, part : Port and str, optional
             The port through which the token's data passes, so that the transport can check it.
 
