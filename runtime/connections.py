@@ -35,13 +35,7 @@ Client = tuple[str, int]
 
 
 class QuietLog:
-    """A log that suppresses repetitions for a while, since anyone can cause lines by connecting.
-
-    Parameters
-    ----------
-    log : Logger
-        The log to write to.
-    """
+    """A log that suppresses repetitions for a while, since anyone can cause lines by connecting."""
 
     def __init__(self, log: Logger) -> None:
         self._log = log

@@ -65,11 +65,6 @@ class Body:
         The page, of a system model or a runtime model.
     calls : sequence of (pn.Place, pn.Place), optional
         Request and response place of each client of the model, if they are known already.
-
-    Attributes
-    ----------
-    transitions : list of pn.Transition
-        The transitions of the page.
     """
 
     def __init__(self, page: sym.CallbackPage, calls: list[tuple[pn.Place, pn.Place]] | None = None) -> None:

@@ -43,11 +43,6 @@ class Index:
     """All elements of a net in model order, and their relations.
 
     Relations leave out elements that lack something required: `incomplete` ones.
-
-    Parameters
-    ----------
-    net : pn.Net
-        The model.
     """
 
     def __init__(self, net: pn.Net) -> None:

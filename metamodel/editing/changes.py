@@ -105,18 +105,7 @@ def touched(changes: Sequence[Change]) -> list[EObject]:
 
 
 class Changing:
-    """Changes a model, and records the changes.
-
-    Parameters
-    ----------
-    root : pn.Net
-        The model.
-
-    Attributes
-    ----------
-    changes : list of Change
-        The changes so far.
-    """
+    """Changes a model, and records the changes."""
 
     def __init__(self, root: pn.Net) -> None:
         self.root = root

@@ -14,13 +14,7 @@ from dineros.metamodel.files.schema import parts_of
 
 
 class Handles:
-    """The handles of one model; deleted objects keep theirs, in case they are restored.
-
-    Parameters
-    ----------
-    root : EObject
-        The model.
-    """
+    """The handles of one model; deleted objects keep theirs, in case they are restored."""
 
     def __init__(self, root: EObject) -> None:
         self._objects: list[EObject] = []

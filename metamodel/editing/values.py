@@ -19,13 +19,6 @@ _NUMBERS = ("EDouble", "EDoubleObject")
 def checked(feature: Any, value: Value) -> Any:
     """Return the value of an attribute; None means its default.
 
-    Parameters
-    ----------
-    feature : EAttribute
-        The attribute.
-    value : Value
-        The requested value.
-
     Raises
     ------
     CommandError

@@ -19,30 +19,14 @@ from dineros.metamodel.errors import counted
 
 @dataclass(frozen=True)
 class Fix:
-    """Commands that fix a violation.
-
-    Attributes
-    ----------
-    label : str
-        Description of the fix.
-    commands : tuple of Command
-        The commands, executed as one group.
-    """
+    """Commands that fix a violation."""
 
     label: str
     commands: tuple[Command, ...]
 
 
 def fix_of(violation: Violation, handles: Handles) -> Fix | None:
-    """Return the fix of a violation; None: the modeller has to choose.
-
-    Parameters
-    ----------
-    violation : Violation
-        The violation.
-    handles : Handles
-        The handles of the model's objects.
-    """
+    """Return the fix of a violation; None: the modeller has to choose."""
     make = _FIXES.get(violation.constraint)
     handle = handles.of(violation.element)
     return None if make is None or handle is None else make(violation.element, handle, handles)

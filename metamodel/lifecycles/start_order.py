@@ -10,15 +10,7 @@ from dineros.metamodel.elements import label, node_nets
 
 
 class Start(NamedTuple):
-    """One step of a manager.
-
-    Attributes
-    ----------
-    label : {"configure", "activate"}
-        The requested state change.
-    node : sym.NodeNet
-        The node.
-    """
+    """One step of a manager: the change that a node is asked for, ``configure`` or ``activate``."""
 
     label: str
     node: sym.NodeNet

@@ -90,13 +90,6 @@ def decode_record(line: str, location: Location | None = None) -> Record:
 
     Unknown fields are ignored, so that a trace may contain additional ones.
 
-    Parameters
-    ----------
-    line : str
-        The line.
-    location : Location, optional
-        Position of the line.
-
     Raises
     ------
     RecordError

@@ -30,15 +30,7 @@ class HandlerFileError(DinerosError):
 
 @dataclass(frozen=True)
 class HandlerFile:
-    """A file with handlers.
-
-    Attributes
-    ----------
-    path : Path
-        The file.
-    module : ModuleType
-        The loaded module.
-    """
+    """A file with handlers."""
 
     path: Path
     module: ModuleType

@@ -78,13 +78,6 @@ class GoalUnderWay:
 class ActionClient:
     """Sends the tokens of one place as goals and puts answers, feedback and results onto other places.
 
-    Parameters
-    ----------
-    traffic : Traffic
-            Shared by all ports of the node.
-    port : ActionClientPort
-        The port.
-
     Attributes
     ----------
     goals : dict of str to GoalUnderWay

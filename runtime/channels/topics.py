@@ -44,13 +44,7 @@ class Writer:
 
 
 class Publisher:
-    """Sends the tokens of a place on a topic.
-
-    Attributes
-    ----------
-    departure : int
-        Number of the departure.
-    """
+    """Sends the tokens of a place on a topic."""
 
     def __init__(self, traffic: Traffic, writer: Writer, place: str) -> None:
         self._traffic = traffic

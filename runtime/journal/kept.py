@@ -25,11 +25,6 @@ class Memory(MutableMapping[str, Any]):
     A change takes effect when the firing commits. A firing that fails, is withdrawn or is interrupted by a
     crash changes nothing. Values that are read are copies; assign a value to keep it.
 
-    Parameters
-    ----------
-    kept : mapping of str to JSON values
-        The values kept so far.
-
     Examples
     --------
     >>> memory = Memory({"picked": 2})

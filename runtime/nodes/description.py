@@ -15,13 +15,7 @@ _KINDS = ("publishers", "subscribers", "clients", "servers", "action_clients", "
 
 
 def description_of(core: Core) -> dict[str, Any]:
-    """Return the description of a node as JSON values; from any thread.
-
-    Parameters
-    ----------
-    core : Core
-        The core of the node.
-    """
+    """Return the description of a node as JSON values; from any thread."""
     structure = core.structure
     ports = structure.ports
     return {

@@ -136,13 +136,7 @@ class Health(Snapshot):
 
 
 class HealthWatch:
-    """Checks one node periodically, and remembers its previous state.
-
-    Parameters
-    ----------
-    core : Core
-        The core of the node.
-    """
+    """Checks one node periodically, and remembers its previous state."""
 
     def __init__(self, core: Core) -> None:
         self._core = core

@@ -38,11 +38,6 @@ class Change:
 class Observers:
     """Receives the events of one net, and passes them on.
 
-    Parameters
-    ----------
-    node : str
-        Id of the node.
-
     Attributes
     ----------
     is_observing : bool

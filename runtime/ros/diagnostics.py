@@ -31,13 +31,6 @@ _FINE = ("running", "ended")
 class Diagnostics:
     """Monitors one node and publishes its health.
 
-    Parameters
-    ----------
-    node : rclpy.node.Node
-        The ROS node.
-    net : Net
-        Its net.
-
     Attributes
     ----------
     latest : Health or None

@@ -20,11 +20,6 @@ class RosHandler(logging.Handler):
 
     Records of the engine, of the root logger and of a logger with the name of the node go to the node's own
     logger; those of a logger ``camera`` go to the child ``NODE.camera``.
-
-    Parameters
-    ----------
-    node : rclpy.node.Node
-        The node.
     """
 
     def __init__(self, node: Any) -> None:

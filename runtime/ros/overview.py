@@ -219,11 +219,6 @@ def _plain(text: str) -> str:
 class DiagnosticsListener:
     """Subscribes to ``/diagnostics``, on its own thread, while the block lasts.
 
-    Parameters
-    ----------
-    overview : Overview
-        Gets the messages.
-
     Raises
     ------
     RosError

@@ -62,13 +62,7 @@ class Answer:
 
 
 class Session:
-    """One document and all its pages.
-
-    Parameters
-    ----------
-    document : Document
-        The document.
-    """
+    """One document and all its pages."""
 
     def __init__(self, document: Document) -> None:
         self.document = document

@@ -68,17 +68,7 @@ def source_of(path: Path) -> Source:
 
 
 class LiveTrace:
-    """A trace that grows.
-
-    Parameters
-    ----------
-    source : Source
-        The source of its records.
-    model : ModelSource
-        The model.
-    title : str
-        The title of the page.
-    """
+    """A trace that grows."""
 
     def __init__(self, source: Source, model: ModelSource, title: str) -> None:
         self.epoch = secrets.token_hex(4)

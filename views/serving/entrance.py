@@ -27,13 +27,6 @@ REFUSED = 4403
 class Entrance:
     """The access control of one server.
 
-    Parameters
-    ----------
-    token : str
-        The token.
-    port : int
-        The port of the server.
-
     Attributes
     ----------
     strangers : UnknownClients

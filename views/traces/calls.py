@@ -16,15 +16,7 @@ _BEFORE = {"is served": "q", "is answered": "s", "ends": "r"}
 
 
 class CallBars:
-    """Finds the bar of each record of a call.
-
-    Parameters
-    ----------
-    lanes : Lanes
-        The lanes.
-    facts : Facts
-        Facts of the model.
-    """
+    """Finds the bar of each record of a call."""
 
     def __init__(self, lanes: Lanes, facts: Facts) -> None:
         self._lanes, self._facts = lanes, facts

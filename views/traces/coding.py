@@ -19,15 +19,7 @@ TABLES = ("nodes", "places", "transitions", "texts")
 
 
 class TraceCoder:
-    """Encodes the content of a builder: first everything, then additions.
-
-    Parameters
-    ----------
-    builder : TraceBuilder
-        The builder.
-    title : str
-        The title of the picture.
-    """
+    """Encodes the content of a builder: first everything, then additions."""
 
     def __init__(self, builder: TraceBuilder, title: str) -> None:
         self.builder = builder

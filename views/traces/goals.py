@@ -30,15 +30,7 @@ class _Bar:
 
 
 class GoalBars:
-    """Finds the bar of each record of a goal.
-
-    Parameters
-    ----------
-    lanes : Lanes
-        Where its lanes are made.
-    facts : Facts
-        What the model says.
-    """
+    """Finds the bar of each record of a goal."""
 
     def __init__(self, lanes: Lanes, facts: Facts) -> None:
         self._lanes, self._facts = lanes, facts

@@ -22,15 +22,6 @@ from dineros.metamodel.errors import near_matches
 def compose(root: pn.Net, handles: Handles, operation: o.Operation) -> list[c.Command]:
     """Return the commands of an operation, for the current state of the model.
 
-    Parameters
-    ----------
-    root : pn.Net
-        The model.
-    handles : Handles
-        Its handles.
-    operation : Operation
-        The operation.
-
     Raises
     ------
     CommandError

@@ -7,13 +7,7 @@ from typing import Any
 
 
 def text_of(goal_id: Any) -> str:
-    """Return a goal id as text.
-
-    Parameters
-    ----------
-    goal_id : unique_identifier_msgs.msg.UUID
-        The id in a message.
-    """
+    """Return the id of a goal in a message, as text."""
     return str(uuid.UUID(bytes=bytes(goal_id.uuid)))
 
 

@@ -20,19 +20,7 @@ KEPT = 128
 
 
 class LatchedTopic:
-    """Listens to a topic.
-
-    Parameters
-    ----------
-    node : rclpy.node.Node
-        The ROS node.
-    interface : class
-        The message's class.
-    topic : str
-        Its name.
-    heard : callable
-        Called with each message.
-    """
+    """Listens to a topic; `heard` is called with each message."""
 
     def __init__(self, node: Any, interface: Any, topic: str, heard: Callable[[Any], None]) -> None:
         from rclpy.event_handler import SubscriptionEventCallbacks

@@ -28,15 +28,6 @@ WANTED = f"~/{SIGNALS_WANTED}"
 class RosSignals:
     """Sets the signals of a node from ROS while it is open.
 
-    Parameters
-    ----------
-    node : rclpy.node.Node
-        The ROS node.
-    signals : sequence of SignalPort
-        The signals.
-    receiver : Receiver
-        The node with the signals.
-
     Raises
     ------
     RosError

@@ -17,15 +17,6 @@ from dineros.runtime.ros.channels.parameters import declare, period_parameters
 class RosTimers:
     """The timers of a ROS node.
 
-    Parameters
-    ----------
-    node : rclpy.node.Node
-        The ROS node.
-    timers : sequence of TimerPort
-        The timers of its callbacks.
-    ticked : callable
-        Called at each tick.
-
     Raises
     ------
     RosError

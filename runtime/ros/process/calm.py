@@ -64,15 +64,7 @@ def _only_warns(handler: Any) -> bool:
 
 
 class Misfits:
-    """Checks periodically for publishers and subscriptions with incompatible quality of service.
-
-    Parameters
-    ----------
-    node : rclpy.node.Node
-        The node.
-    executor : CalmExecutor
-        Its executor.
-    """
+    """Checks periodically for publishers and subscriptions with incompatible quality of service."""
 
     def __init__(self, node: Any, executor: Any) -> None:
         self._node, self._executor = node, executor

@@ -22,11 +22,6 @@ def clocks_of(node: Any) -> Clocks:
     With the parameter `use_sim_time`, its time is that of ``/clock``: firing intervals, time-outs of handlers
     and delays use it. If the clock goes back, for example because the simulation restarts, the net's time
     stands still.
-
-    Parameters
-    ----------
-    node : rclpy.node.Node
-        The ROS node.
     """
     clock = node.get_clock()
     if not clock.ros_time_is_active:
@@ -44,13 +39,7 @@ def clocks_of(node: Any) -> Clocks:
 
 
 def hold_time_source(node: Any) -> None:
-    """Refuse later changes of `use_sim_time`: running timers use the clock with which they began.
-
-    Parameters
-    ----------
-    node : rclpy.node.Node
-        The ROS node.
-    """
+    """Refuse later changes of `use_sim_time`: running timers use the clock with which they began."""
     from rcl_interfaces.msg import SetParametersResult
 
     def judge(parameters: Any) -> Any:

@@ -20,13 +20,6 @@ MOST_LISTED = 200
 class Stage:
     """Maps the elements of a net to the model.
 
-    Parameters
-    ----------
-    document : Document
-        The model.
-    subject : Subject
-        The flattened net.
-
     Attributes
     ----------
     signals : frozenset of int

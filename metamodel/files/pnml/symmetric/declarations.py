@@ -43,11 +43,6 @@ class Partition:
 class Declarations:
     """All declarations of a net, by their ids.
 
-    Parameters
-    ----------
-    source : Source
-        The file.
-
     Attributes
     ----------
     sorts : dict of str to Sort

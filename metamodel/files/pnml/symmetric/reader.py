@@ -51,17 +51,7 @@ _MISSING = {"hlinscription": "how many tokens it moves, and of which colours, is
 
 @dataclass
 class ColouredNet:
-    """The content of a file, before it is unfolded.
-
-    Attributes
-    ----------
-    places, transitions : list
-        The net.
-    nodes : dict of str to Element
-        Places and transitions by id.
-    arcs : list of Element
-        Arcs.
-    """
+    """The content of a file, before it is unfolded."""
 
     places: list[ColouredPlace] = field(default_factory=list)
     transitions: list[ColouredTransition] = field(default_factory=list)
