@@ -17,7 +17,9 @@ def cts_text(net: pn.Net, path: Path | None = None) -> str:
     Raises
     ------
     ModelFileError
-        The net holds what the format cannot say (see `write_cts`).
+        The net holds what the format cannot say.
+    DinerosError
+        A reference has no target, or references run in a circle.
     """
     return _CtsWriter(net, path).text()
 

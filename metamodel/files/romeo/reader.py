@@ -50,12 +50,14 @@ class _Given:
 
 
 def net_from_content(content: bytes, path: Path) -> pn.Net:
-    """Return the net that the content of a Romeo file describes.
+    """Return the net that the content of a Romeo file describes, on one page.
+
+    Ids are the identifiers in the file, or labels where a file of an old version has none.
 
     Raises
     ------
     ModelFileError
-        See `read_romeo`.
+        The file is not in this format, or holds what a time Petri net cannot; with line.
     """
     # Versions 3.6 to 3.8 close <romeo> before <TPN>, so the file has two roots. Lines must stay.
     lone = _EMPTY_ROOT.search(content[:4096])

@@ -29,7 +29,9 @@ def net_content(net: pn.Net, path: Path | None = None) -> bytes:
     Raises
     ------
     ModelFileError
-        The net holds what the format cannot say (see `write_romeo`).
+        The net holds what the format cannot say.
+    DinerosError
+        A reference has no target, or references run in a circle.
     """
     return _RomeoWriter(net, path).content()
 

@@ -35,12 +35,14 @@ class _Node:
 
 
 def net_from_text(content: bytes, path: Path) -> pn.Net:
-    """Return the net that the content of a ``.net`` file describes.
+    """Return the net that the content of a ``.net`` file describes, on one page.
+
+    Ids are the names in the file, with ``_`` for white space; labels become names.
 
     Raises
     ------
     ModelFileError
-        See `read_net`.
+        The file is not in this format, or holds what a net cannot: with line and column.
     """
     return _TinaReader(Text(content, path)).read()
 

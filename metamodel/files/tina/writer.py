@@ -22,7 +22,9 @@ def net_text(net: pn.Net, path: Path | None = None) -> str:
     Raises
     ------
     ModelFileError
-        The net holds what the format cannot say (see `write_net`).
+        The net has channels, capacities, clauses, or bounds of intervals below 0.
+    DinerosError
+        A reference has no target, or references run in a circle.
     """
     location = Location(path)
     if isinstance(net, sym.SystemModel) and len(net.channels):

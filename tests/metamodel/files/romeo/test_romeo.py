@@ -11,9 +11,9 @@ from dineros.metamodel import pn, sym
 from dineros.metamodel.build import flow, inhibit, read
 from dineros.metamodel.elements import arcs, find, places, resolve, transitions
 from dineros.metamodel.errors import ModelFileError
-from dineros.metamodel.files import load
+from dineros.metamodel.files import load, save
 from dineros.metamodel.files.exact import exact_number, fraction_of
-from dineros.metamodel.files.romeo import net_content, net_from_content, read_romeo, write_romeo
+from dineros.metamodel.files.romeo import net_content, net_from_content
 from dineros.metamodel.positions import location_of
 from tests.support.systems.models import plain_nets
 from tests.support.systems.small import small_system
@@ -240,18 +240,18 @@ def test_the_file_that_is_refused_is_read_without_what_it_is_refused_for() -> No
 def test_what_has_no_place_in_the_format_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "out.xml"
     with pytest.raises(ModelFileError, match="with channels cannot be written for Romeo"):
-        write_romeo(small_system(), path)
+        save(small_system(), path)
     silent = small_system()
     silent.channels.clear()
     with pytest.raises(ModelFileError, match="'take' has a clause"):
-        write_romeo(silent, path)
+        save(silent, path)
     page = pn.Page(id="page", objects=[pn.Place(id="p", capacity=3)])
     with pytest.raises(ModelFileError, match="place 'p' has a capacity"):
-        write_romeo(pn.Net(id="n", pages=[page]), path)
+        save(pn.Net(id="n", pages=[page]), path)
     steps = [pn.Transition(id=name) for name in "abc"]
     steps[0].overrides.append(steps[1])
     with pytest.raises(ModelFileError, match="cannot express"):
-        write_romeo(pn.Net(id="n", pages=[pn.Page(id="page", objects=steps)]), path)
+        save(pn.Net(id="n", pages=[pn.Page(id="page", objects=steps)]), path)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -271,5 +271,5 @@ def test_priorities_that_numbers_can_say_are_written_as_numbers() -> None:
 
 def test_a_system_model_without_channels_and_clauses_is_a_net(tmp_path: Path) -> None:
     model = sym.SystemModel(id="m", pages=[sym.NodeNet(id="n", objects=[sym.Place(id="p", tokens=1)])])
-    write_romeo(model, tmp_path / "m.xml")
-    assert [(p.id, p.tokens) for p in places(read_romeo(tmp_path / "m.xml"))] == [("p", 1)]
+    save(model, tmp_path / "m.xml")
+    assert [(p.id, p.tokens) for p in places(load(tmp_path / "m.xml"))] == [("p", 1)]

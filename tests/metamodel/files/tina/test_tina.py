@@ -8,7 +8,8 @@ from dineros.metamodel import pn, sym
 from dineros.metamodel.build import flow, inhibit, read
 from dineros.metamodel.elements import arcs, find, places, resolve, transitions
 from dineros.metamodel.errors import DinerosError, ModelFileError
-from dineros.metamodel.files.tina import net_from_text, net_text, read_net, write_net
+from dineros.metamodel.files import load, save
+from dineros.metamodel.files.tina import net_from_text, net_text
 from dineros.metamodel.positions import location_of
 from tests.support.equality import differences
 from tests.support.systems.models import plain_nets
@@ -226,7 +227,7 @@ def test_what_the_grammar_does_not_have(text: str, message: str) -> None:
 def test_a_net_without_a_name_is_called_like_its_file(tmp_path: Path) -> None:
     path = tmp_path / "abp.net"
     path.write_text("pl abp (1)\npl page\n")
-    net = read_net(path)
+    net = load(path)
     assert (net.name, [place.id for place in places(net)]) == ("abp", ["abp", "page"])
     assert len({net.id, net.pages[0].id, "abp", "page"}) == 4
 
@@ -271,14 +272,14 @@ def test_what_has_no_place_in_the_format_is_refused(tmp_path: Path) -> None:
     with pytest.raises(
         ModelFileError, match=r"with channels cannot be written as \.net \(flatten it first\)"
     ):
-        write_net(small_system(), path)
+        save(small_system(), path)
     silent = small_system()
     silent.channels.clear()
     with pytest.raises(ModelFileError, match="'take' has a clause"):
-        write_net(silent, path)
+        save(silent, path)
     below = pn.Transition(id="start", interval=pn.TimeInterval(earliest=-1.0))
     with pytest.raises(ModelFileError, match=r"transition 'start' has the bound -1.0 \(bounds are numbers"):
-        write_net(pn.Net(id="n", pages=[pn.Page(id="page", objects=[below])]), path)
+        save(pn.Net(id="n", pages=[pn.Page(id="page", objects=[below])]), path)
     assert list(tmp_path.iterdir()) == []
 
 
