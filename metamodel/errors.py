@@ -153,16 +153,8 @@ class ClauseError(DinerosError):
     `column` counts from 1 in the text, where the mistake has a place.
     """
 
-    def __init__(
-        self,
-        message: str,
-        *,
-        column: int | None = None,
-        location: Location | None = None,
-        element: str | None = None,
-        hint: str | None = None,
-    ) -> None:
-        super().__init__(message, location=location, element=element, hint=hint)
+    def __init__(self, message: str, *, column: int | None = None, hint: str | None = None) -> None:
+        super().__init__(message, hint=hint)
         self.column = column
 
 

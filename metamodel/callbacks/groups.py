@@ -82,12 +82,7 @@ def readers_of(page: sym.CallbackPage) -> list[sym.SubscriberPort]:
 
 def begins_answer(client: sym.ActionClientPort, place: pn.Place | None) -> bool:
     """Return whether messages on a place of an action client begin a callback: its page sent no goal."""
-    page = callback_page_of(place)
-    return (
-        page is not None
-        and page.kind == sym.CallbackKind.client
-        and page is not callback_page_of(client.goal)
-    )
+    return _begins_apart(place, client.goal)
 
 
 def is_goal_awaited(client: sym.ActionClientPort) -> bool:
@@ -100,12 +95,12 @@ def is_goal_awaited(client: sym.ActionClientPort) -> bool:
 
 def begins_callback(client: sym.ClientPort) -> bool:
     """Return whether responses begin a separate callback: they arrive on a client page without requests."""
-    page = callback_page_of(client.response)
-    return (
-        page is not None
-        and page.kind == sym.CallbackKind.client
-        and page is not callback_page_of(client.request)
-    )
+    return _begins_apart(client.response, client.request)
+
+
+def _begins_apart(answer: pn.Place | None, sender: pn.Place) -> bool:
+    page = callback_page_of(answer)
+    return page is not None and page.kind == sym.CallbackKind.client and page is not callback_page_of(sender)
 
 
 def is_awaited(client: sym.ClientPort) -> bool:

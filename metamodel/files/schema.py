@@ -138,7 +138,7 @@ def identity(element: EObject) -> str | None:
 
 def shortened(text: str) -> str:
     """Return a text in quotes for a message, its end left out where it is long."""
-    return repr(text if len(text) < 60 else text[:57] + "...")
+    return repr(text if len(text) <= 60 else text[:57] + "...")
 
 
 def describe(element: EObject) -> str:

@@ -104,7 +104,7 @@ def installed_messages(package: str) -> list[str]:
     """
     if not _PACKAGE.fullmatch(package):
         raise UnknownInterfaceError(f"{package!r:.100} names no ROS package", hint="write it like std_msgs")
-    folders = [folder for folder in (prefix / "share" / package for prefix in _prefixes()) if folder.is_dir()]
+    folders = _folders(package)
     if not folders:
         raise UnknownInterfaceError(f"the package {package} is not installed", hint=how_to_install(package))
     names = {file.stem for folder in folders for file in (folder / "msg").glob("*.json")}
@@ -127,7 +127,7 @@ def _interfaces_of(package: str, prefixes: str) -> frozenset[str] | None:
     """Return the interfaces of a package; `prefixes` is only used in messages about where it was searched."""
     if not _PACKAGE.fullmatch(package):
         return None
-    folders = [folder for folder in (prefix / "share" / package for prefix in _prefixes()) if folder.is_dir()]
+    folders = _folders(package)
     names = {
         f"{package}/{kind}/{file.stem}"
         for folder in folders
@@ -164,16 +164,8 @@ def _part_of(name: str, prefixes: str) -> tuple[FieldType, ...]:
         raise UnknownInterfaceError(
             f"the ROS interface {match[1]} is not installed", hint=how_to_install(match[2])
         )
-    ends = [prefix / "share" / f"{match[1]}.json" for prefix in _prefixes()]
-    try:
-        described = decode_json(_text(match[1], next(each for each in ends if each.is_file())))
-        known = {
-            each["type_name"]: each
-            for each in described["type_description_msg"]["referenced_type_descriptions"]
-        }
-        return _described(known[name], known, 0)
-    except (KeyError, TypeError, ValueError, RecursionError) as error:
-        raise UnknownInterfaceError(f"the type description of {name} cannot be read: {error}") from error
+    files = [prefix / "share" / f"{match[1]}.json" for prefix in _prefixes()]
+    return _read_fields(name, _text(match[1], next(each for each in files if each.is_file())), is_part=True)
 
 
 def installed_constants(name: str) -> dict[str, Value]:
@@ -205,15 +197,17 @@ def _constants_if_there(name: str) -> Iterator[Constant]:
 @lru_cache(maxsize=256)
 def _fields_of(name: str, prefixes: str) -> tuple[FieldType, ...]:
     """Return the fields of a message; `prefixes` is only used in messages about where it was searched."""
-    file = _file(name, ".json")
+    fields = _read_fields(name, _text(name, _file(name, ".json")))
+    return with_named_values(fields, _constants_if_there(name))
+
+
+def _read_fields(name: str, text: str, *, is_part: bool = False) -> tuple[FieldType, ...]:
     try:
-        described = decode_json(_text(name, file))
-        message = described["type_description_msg"]
+        message = decode_json(text)["type_description_msg"]
         referenced = {each["type_name"]: each for each in message["referenced_type_descriptions"]}
-        fields = _described(message["type_description"], referenced, 0)
+        return _described(referenced[name] if is_part else message["type_description"], referenced, 0)
     except (KeyError, TypeError, ValueError, RecursionError) as error:
         raise UnknownInterfaceError(f"the type description of {name} cannot be read: {error}") from error
-    return with_named_values(fields, _constants_if_there(name))
 
 
 def _file(name: str, suffix: str) -> Path:
@@ -222,7 +216,7 @@ def _file(name: str, suffix: str) -> Path:
             f"{name!r:.100} names no ROS message", hint="write it like std_msgs/msg/String"
         )
     package, _, message = name.split("/")
-    folders = [folder for folder in (prefix / "share" / package for prefix in _prefixes()) if folder.is_dir()]
+    folders = _folders(package)
     for folder in folders:
         file = folder / "msg" / f"{message}{suffix}"
         if file.is_file():
@@ -239,6 +233,10 @@ def _file(name: str, suffix: str) -> Path:
         f"the package {package} has no message {message}",
         hint=near_matches(message, sorted(known)) or f"its messages are in {folders[0] / 'msg'}",
     )
+
+
+def _folders(package: str) -> list[Path]:
+    return [folder for folder in (prefix / "share" / package for prefix in _prefixes()) if folder.is_dir()]
 
 
 def _prefixes() -> Iterator[Path]:

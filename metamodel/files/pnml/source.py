@@ -12,6 +12,7 @@ from lxml import etree
 from dineros.metamodel.errors import Location, ModelFileError, raise_collected
 from dineros.metamodel.files.exact import exact_number
 from dineros.metamodel.files.pnml.vocabulary import NAMESPACES, tag
+from dineros.metamodel.files.schema import shortened
 from dineros.metamodel.files.xml import line_of
 
 LARGEST = 2**31 - 1
@@ -116,11 +117,6 @@ class Source:
             return exact_number(text)
         except ValueError:
             raise self.error(f"{what} {shortened(text.strip())} is not a number", element) from None
-
-
-def shortened(text: str) -> str:
-    """Return quoted text, cut where it is too long for a message."""
-    return repr(text if len(text) <= 60 else text[:57] + "...")
 
 
 def local(element: etree._Element) -> str:

@@ -17,8 +17,9 @@ from dineros.metamodel.files.pnml.plain.known import (
     MEANINGS,
 )
 from dineros.metamodel.files.pnml.plain.values import contradiction, label_text, loose_text, only
-from dineros.metamodel.files.pnml.source import Source, children, local, shortened
+from dineros.metamodel.files.pnml.source import Source, children, local
 from dineros.metamodel.files.pnml.vocabulary import tag
+from dineros.metamodel.files.schema import shortened
 from dineros.metamodel.files.xml import line_of
 
 _NO_INVARIANT = re.compile(r"<\s*=?\s*inf")

@@ -16,8 +16,9 @@ from dineros.metamodel.errors import ModelFileError, with_article
 from dineros.metamodel.files.exact import fraction_of
 from dineros.metamodel.files.pnml.layout import is_inhibitor_mark
 from dineros.metamodel.files.pnml.plain.known import HARMLESS_NAMESPACES, TEXTS
-from dineros.metamodel.files.pnml.source import Source, children, local, shortened
+from dineros.metamodel.files.pnml.source import Source, children, local
 from dineros.metamodel.files.pnml.vocabulary import DINEROS, OWN, tag
+from dineros.metamodel.files.schema import shortened
 from dineros.metamodel.files.xml import line_of
 
 _TYPES = {

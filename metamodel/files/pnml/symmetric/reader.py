@@ -26,10 +26,11 @@ from dineros.metamodel.colours.unfolding import (
 from dineros.metamodel.files.pnml.layout import is_inhibitor_mark
 from dineros.metamodel.files.pnml.plain.known import COLOURED_ATTRIBUTES, HARMLESS_NAMESPACES
 from dineros.metamodel.files.pnml.plain.values import only
-from dineros.metamodel.files.pnml.source import Source, children, local, shortened, text_of
+from dineros.metamodel.files.pnml.source import Source, children, local, text_of
 from dineros.metamodel.files.pnml.symmetric.building import build_net
 from dineros.metamodel.files.pnml.symmetric.declarations import Declarations
 from dineros.metamodel.files.pnml.symmetric.term_reader import TermReader
+from dineros.metamodel.files.schema import shortened
 from dineros.metamodel.files.xml import line_of
 from dineros.metamodel.limits import most
 
