@@ -19,6 +19,7 @@ from dineros.views.editing.working import Jobs
 from dineros.views.nets import compare, to_html, view_of
 from dineros.views.serving.entrance import Entrance, guarded
 from dineros.views.serving.handle import PageHandle, changed, serve_page
+from dineros.views.serving.streams import BEHIND, MOST_WAITING, Streams, Waiting
 
 if TYPE_CHECKING:
     from starlette.applications import Starlette
@@ -29,12 +30,6 @@ if TYPE_CHECKING:
 
 PAUSE = 0.15
 """Seconds without a change after which a model with slow checks is checked."""
-
-MOST_WAITING = 2_000
-"""Limit of the undelivered messages of a page; beyond it, the page has to reload."""
-
-BEHIND = 4408
-"""Code that closes the stream to a page that no longer reads."""
 
 MOST_PAGES = 16
 """Limit of the open pages."""
@@ -84,8 +79,8 @@ class _Editor:
 
     def __init__(self, session: Session, entrance: Entrance, program: Sequence[str] | None) -> None:
         self._session, self._entrance = session, entrance
-        self._jobs = session.jobs = Jobs(session.document, program, lambda job: self._tell(job_text(job)))
-        self._pages: dict[asyncio.Queue[str | None], None] = {}
+        self._streams = streams = Streams()
+        self._jobs = session.jobs = Jobs(session.document, program, lambda job: streams.tell(job_text(job)))
         self._checks: asyncio.Event | None = None
 
     @contextlib.asynccontextmanager
@@ -105,7 +100,7 @@ class _Editor:
         with FolderWatch(self._session.document.path.absolute().parent) as files:
             while True:
                 files.forget()
-                self._tell(self._session.looked_at_file())
+                self._streams.tell(self._session.looked_at_file())
                 await asyncio.sleep(0.15)
                 await changed(files)
 
@@ -119,18 +114,7 @@ class _Editor:
                 await asyncio.sleep(PAUSE)
                 if self._checks.is_set():
                     continue
-            self._tell(self._session.new_marks())
-
-    def _tell(self, *messages: str | None) -> None:
-        for message in messages:
-            if message is None:
-                continue
-            for page in list(self._pages):
-                if page.qsize() < MOST_WAITING:
-                    page.put_nowait(message)
-                else:
-                    self._pages.pop(page, None)
-                    page.put_nowait(None)
+            self._streams.tell(self._session.new_marks())
 
     async def page(self, request: Request) -> Response:
         if not self._entrance.lets_in(request):
@@ -181,45 +165,23 @@ class _Editor:
         return PlainTextResponse(text, headers=headers, media_type="application/x-ndjson")
 
     async def commands(self, socket: WebSocket) -> None:
-        from starlette.websockets import WebSocketDisconnect
-
         if not await self._entrance.lets_in_stream(socket):
             return
         tab = socket.query_params.get("tab", "")
         await socket.accept()
-        if not _TAB.fullmatch(tab) or len(self._pages) >= MOST_PAGES:
+        if not _TAB.fullmatch(tab) or len(self._streams.pages) >= MOST_PAGES:
             await socket.close(BEHIND, "a tab must have a name, and the number of tabs is limited")
             return
-        queue: asyncio.Queue[str | None] = asyncio.Queue()
-        queue.put_nowait(self._session.greeting())
-        self._pages[queue] = None
-        hearing = asyncio.create_task(self._hear(socket, tab, queue))
-        try:
-            while True:
-                getting = asyncio.create_task(queue.get())
-                await asyncio.wait({getting, hearing}, return_when=asyncio.FIRST_COMPLETED)
-                if not getting.done():
-                    getting.cancel()
-                    break
-                message = getting.result()
-                if message is None:
-                    await socket.close(BEHIND)
-                    break
-                await socket.send_text(message)
-        except (WebSocketDisconnect, RuntimeError):
-            pass  # it is gone
-        finally:
-            self._pages.pop(queue, None)
-            hearing.cancel()
+        await self._streams.serve(socket, [self._session.greeting()], partial(self._hear, socket, tab))
 
-    async def _hear(self, socket: WebSocket, tab: str, queue: asyncio.Queue[str | None]) -> None:
+    async def _hear(self, socket: WebSocket, tab: str, queue: Waiting) -> None:
         """Process the requests of a page in sequence until it disconnects."""
         while True:
             received: dict[str, Any] = dict(await socket.receive())
             if received["type"] == "websocket.disconnect":
                 return
             answer = self._session.hear(received.get("text") or received.get("bytes") or "", tab)
-            self._tell(*answer.all)
+            self._streams.tell(*answer.all)
             for message in answer.own:
                 queue.put_nowait(message)
             if answer.all and self._checks is not None:

@@ -17,6 +17,7 @@ from dineros.views.live.following import LiveTrace, ModelSource, Source, source_
 from dineros.views.live.steering import LONGEST_MESSAGE, Steering
 from dineros.views.serving.entrance import Entrance, guarded
 from dineros.views.serving.handle import PageHandle, changed, serve_page
+from dineros.views.serving.streams import MOST_WAITING, Streams, Waiting
 from dineros.views.traces.page import live_page
 
 if TYPE_CHECKING:
@@ -28,12 +29,6 @@ if TYPE_CHECKING:
 
 INTERVAL = 0.15
 """Seconds between two reads of files that are written continuously, or of sources without notifications."""
-
-MOST_WAITING = 2_000
-"""Limit of the waiting messages of a page; a slow page is disconnected and then requests the missing ones."""
-
-BEHIND = 4408
-"""Code that closes the stream to a page that does not read its messages."""
 
 LEAVING = 2.0
 """Limit of the seconds that a stopping server waits for the delivery of its last messages."""
@@ -110,7 +105,7 @@ class LivePages:
         self._folder = folder
         self._steering = steering
         self._nodes: str | None = None
-        self._pages: set[asyncio.Queue[str | None]] = set()
+        self.streams = Streams(self._attend)
         self._loop: asyncio.AbstractEventLoop | None = None
 
     @contextlib.asynccontextmanager
@@ -136,23 +131,14 @@ class LivePages:
                 if files is not None:
                     files.forget()
                 # In the loop itself, not in a thread: no page may connect between a change and its sending.
-                self._tell(self.trace.poll())
+                self.streams.tell(*self.trace.poll())
                 await asyncio.sleep(INTERVAL)
                 if files is not None and not self.trace.is_waiting:
                     await changed(files)
 
-    def _tell(self, messages: list[str]) -> None:
-        for message in messages:
-            for page in list(self._pages):
-                if page.qsize() < MOST_WAITING:
-                    page.put_nowait(message)
-                else:
-                    self._pages.discard(page)
-                    page.put_nowait(None)
-
     def _tell_nodes(self, message: str) -> None:
         self._nodes = message
-        self._tell([message])
+        self.streams.tell(message)
 
     def leave(self) -> None:
         """Send the remaining changes to the pages, with the end of the stream."""
@@ -161,8 +147,8 @@ class LivePages:
                 asyncio.run_coroutine_threadsafe(self._leave(), self._loop).result(LEAVING)
 
     async def _leave(self) -> None:
-        self._tell([*self.trace.poll(), json.dumps({"type": "end"})])
-        await asyncio.gather(*(page.join() for page in self._pages))
+        self.streams.tell(*self.trace.poll(), json.dumps({"type": "end"}))
+        await asyncio.gather(*(page.join() for page in self.streams.pages))
 
     async def page(self, request: Request) -> Response:
         """Respond with the page."""
@@ -172,7 +158,6 @@ class LivePages:
     async def changes(self, socket: WebSocket) -> None:
         """Send changes to a page until it disconnects."""
         from starlette.responses import PlainTextResponse
-        from starlette.websockets import WebSocketDisconnect
 
         if not await self.entrance.lets_in_stream(socket):
             return
@@ -182,40 +167,16 @@ class LivePages:
             await socket.send_denial_response(PlainTextResponse(answer, 400))
             return
         await socket.accept()
-        queue: asyncio.Queue[str | None] = asyncio.Queue()
-        for message in self.trace.greeting(epoch, int(number) if number else None):
-            queue.put_nowait(message)
-        if self._nodes is not None:
-            queue.put_nowait(self._nodes)
-        self._pages.add(queue)
-        self._attend()
-        listening = asyncio.create_task(self._until_gone(socket, queue))
-        try:
-            while not listening.done():
-                getting = asyncio.create_task(queue.get())
-                await asyncio.wait({getting, listening}, return_when=asyncio.FIRST_COMPLETED)
-                if not getting.done():
-                    getting.cancel()
-                    break
-                waiting = getting.result()
-                if waiting is None:
-                    await socket.close(BEHIND)
-                    break
-                await socket.send_text(waiting)
-                queue.task_done()
-        except (WebSocketDisconnect, RuntimeError):
-            pass  # it is gone
-        finally:
-            self._pages.discard(queue)
-            self._attend()
-            listening.cancel()
+        greeting = self.trace.greeting(epoch, int(number) if number else None)
+        nodes = [] if self._nodes is None else [self._nodes]
+        await self.streams.serve(socket, [*greeting, *nodes], partial(self._until_gone, socket))
 
     def _attend(self) -> None:
         """Inspect the nodes while a page shows them."""
         if self._steering is not None:
-            self._steering.watched(bool(self._pages))
+            self._steering.watched(bool(self.streams.pages))
 
-    async def _until_gone(self, socket: WebSocket, queue: asyncio.Queue[str | None]) -> None:
+    async def _until_gone(self, socket: WebSocket, queue: Waiting) -> None:
         """Carry out the requests of the page if the run can be controlled, until it disconnects."""
         while True:
             received: dict[str, Any] = dict(await socket.receive())

@@ -18,6 +18,7 @@ from dineros.metamodel.files import watching
 from dineros.metamodel.records import Record
 from dineros.views.live import following, serving
 from dineros.views.live.following import LiveTrace
+from dineros.views.serving import streams
 from dineros.views.serving.handle import changed
 from tests.views.live.test_live_page import script
 
@@ -142,7 +143,7 @@ def test_a_page_that_takes_nothing_is_closed() -> None:
     feed = Feed()
     live = serving.LivePages(LiveTrace(feed, None, "run"), None)
     page: asyncio.Queue[str | None] = asyncio.Queue()
-    live._pages.add(page)
-    live._tell(["message"] * (serving.MOST_WAITING + 10))
+    live.streams.pages[page] = None
+    live.streams.tell(*["message"] * (streams.MOST_WAITING + 10))
     waiting = [page.get_nowait() for _ in range(page.qsize())]
-    assert waiting == ["message"] * serving.MOST_WAITING + [None]
+    assert waiting == ["message"] * streams.MOST_WAITING + [None]
