@@ -46,52 +46,8 @@ class ChannelState(CallState, GoalState):
 class SavedState(ChannelState):
     """All data that a node needs to continue: the fields of a ``checkpoint`` record, all JSON.
 
-    Attributes
-    ----------
-    marking : dict
-        Place id -> its tokens in order; places without tokens are left out.
-    signals : dict
-        Signal id -> value.
-    next_token : int
-        The next token's id.
-    numbers : dict
-        Sending place -> number of its last message.
-    history : dict
-        Publishing place -> number and data of its last messages, as many as its queue
-        holds, the oldest first.
-    queues : dict
-        Publishing place -> number of messages that its queue holds.
-    kept : dict
-        Values kept by handlers (`Firing.memory`): name -> JSON value.
-    seen : dict
-        ``CHANNEL/PLACE`` of a subscriber -> sender (a message id without its number) -> number of the last
-        message up to which all messages were received or lost.
-    seen_apart : dict
-        ``CHANNEL/PLACE`` -> sender -> first and last number of each further range of received messages.
-    missing : dict
-        ``CHANNEL/PLACE`` -> number of messages lost since the last one was received.
-    requests : dict
-        ``CHANNEL/CLIENT`` -> the requests under way, the oldest first: message id, data, attempts so far, and
-        age in seconds.
-    serving : dict
-        Entry place of a server instance -> message id of the request that it serves.
-    responses : dict
-        Channel of a server -> message id -> data of the responses kept for repeated requests, the oldest
-        first.
-    kept_responses : dict
-        Channel of a server -> number of responses kept for each sender, if more than one.
-    goals : dict
-        ``CHANNEL/CLIENT`` of an action -> the goals under way, the oldest first.
-    slots : dict
-        Entry place of a slot of an action server -> the goal that it executes.
-    results : dict
-        Channel of an action's server -> id of a goal -> ``outcome`` and ``data``, the oldest first.
-    aside : dict
-        Transition -> place -> ids of tokens put aside.
-    run : str
-        Part of the ids of this run's messages, after the node's id; unchanged by a restart.
-    lifecycle : str
-        Lifecycle state of a managed node; missing for other nodes.
+    `dineros.metamodel.records.Checkpoint` says what they mean. Places without tokens are left out; only the
+    state of a managed node has a ``lifecycle``.
     """
 
     marking: dict[str, list[RecordedToken]]
