@@ -34,6 +34,9 @@ _ACTION = re.compile(_INTERFACE.format("action"))
 _RULES = "use letters, digits, _ and /, with no part that starts with a digit, as ROS 2 requires"
 
 
+_KINDS = ("topic", "service", "action")
+
+
 def _id(element: pn.Element) -> str:
     return element.id
 
@@ -42,16 +45,13 @@ def _ros_name(node_net: sym.NodeNet) -> tuple[str, str]:
     return (node_net.namespace or "/", label(node_net))
 
 
-def _topic(channel: sym.TopicChannel) -> str:
-    return "/" + channel.topic.removeprefix("/")
+def _ros_name_of(named: sym.Channel | rtm.PlacePort) -> str | None:
+    """Return the name of the topic, service or action of a channel or port."""
+    return next((getattr(named, kind) for kind in _KINDS if hasattr(named, kind)), None)
 
 
-def _service(channel: sym.ServiceChannel) -> str:
-    return "/" + channel.service.removeprefix("/")
-
-
-def _action(channel: sym.ActionChannel) -> str:
-    return "/" + channel.action.removeprefix("/")
+def _absolute_name(channel: sym.Channel) -> str:
+    return "/" + (_ros_name_of(channel) or "").removeprefix("/")
 
 
 @constraint("{found} has no id", fix="give it an id of its own")
@@ -159,11 +159,7 @@ def action_name_valid(channel: sym.ActionChannel, index: Index) -> Outcome:
 @constraint("{it} is for {found}, which is not a ROS name", fix=_RULES)
 def port_name_valid(port: rtm.PlacePort, index: Index) -> Outcome:
     """A port of a run-time model is for a topic, service or action with a valid ROS name."""
-    name = port.topic if isinstance(port, (rtm.PublisherPort, rtm.SubscriberPort)) else None
-    if isinstance(port, (rtm.ClientPort, rtm.ServerPort)):
-        name = port.service
-    if isinstance(port, (rtm.ActionClientPort, rtm.ActionServerPort)):
-        name = port.action
+    name = _ros_name_of(port)
     return name is None or bool(_TOPIC.fullmatch(name)) or repr(name)
 
 
@@ -173,7 +169,7 @@ def port_name_valid(port: rtm.PlacePort, index: Index) -> Outcome:
 )
 def topic_unique(channel: sym.TopicChannel, index: Index) -> Outcome:
     """Every topic has exactly one channel."""
-    first = index.earliest(channel, sym.TopicChannel, _topic)
+    first = index.earliest(channel, sym.TopicChannel, _absolute_name)
     return first is channel or describe(first)
 
 
@@ -183,7 +179,7 @@ def topic_unique(channel: sym.TopicChannel, index: Index) -> Outcome:
 )
 def service_unique(channel: sym.ServiceChannel, index: Index) -> Outcome:
     """Every service has exactly one channel."""
-    first = index.earliest(channel, sym.ServiceChannel, _service)
+    first = index.earliest(channel, sym.ServiceChannel, _absolute_name)
     return first is channel or describe(first)
 
 
@@ -193,7 +189,7 @@ def service_unique(channel: sym.ServiceChannel, index: Index) -> Outcome:
 )
 def action_unique(channel: sym.ActionChannel, index: Index) -> Outcome:
     """Every action has exactly one channel."""
-    first = index.earliest(channel, sym.ActionChannel, _action)
+    first = index.earliest(channel, sym.ActionChannel, _absolute_name)
     return first is channel or describe(first)
 
 
@@ -226,11 +222,6 @@ def token_type_name_valid(token_type: sym.TokenType, index: Index) -> Outcome:
 _RESERVED = "rename it: each node also has topics and services of its own"
 
 
-def _ros_name_of(channel: sym.Channel) -> str:
-    name = getattr(channel, "topic", None) or getattr(channel, "service", None)
-    return str(name or getattr(channel, "action", "") or "")
-
-
 def _node_names(index: Index) -> dict[sym.NodeNet, tuple[str, str, str]]:
     """Return namespace, name and full name of each node."""
 
@@ -254,7 +245,7 @@ def _full_names(channel: sym.Channel, index: Index) -> set[str]:
     )
     nodes = {index.node_net_of(place) for place in places}
     known = _node_names(index)
-    found = {full_name(_ros_name_of(channel), *known[node][:2]) for node in nodes if node in known}
+    found = {full_name(_ros_name_of(channel) or "", *known[node][:2]) for node in nodes if node in known}
     return {name for name in found if name is not None}
 
 
@@ -300,9 +291,10 @@ def _taken(channel: sym.Channel, index: Index) -> Iterator[tuple[sym.NodeNet, st
 @constraint("{it} has the reserved name {found}", fix=_RESERVED)
 def channel_name_reserved(channel: sym.Channel, index: Index) -> Outcome:
     """No topic or service has a name that the nodes of the model need for themselves."""
-    part = hidden_part(_ros_name_of(channel))
+    name = _ros_name_of(channel) or ""
+    part = hidden_part(name)
     if part is not None:
-        return f"{_ros_name_of(channel)}, because {part} is a placeholder for another name"
+        return f"{name}, because {part} is a placeholder for another name"
     made_here = (why for node, why in _taken(channel, index) if node.execution == sym.Execution.net)
     return next(made_here, True)
 
