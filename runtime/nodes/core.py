@@ -170,13 +170,7 @@ class Core:
     # Lifecycle of a managed node.
 
     def change_state(self, label: str) -> None:
-        """Configure, activate, deactivate, clean up or shut down the node; on its thread.
-
-        Raises
-        ------
-        DinerosError
-            It is not a managed node, or its state does not allow this change.
-        """
+        """Do as `Net.change_state` says; on the thread of the node."""
         ports = self.structure.ports
         if not ports.is_managed or self.state not in STATES_BEFORE[label]:
             what = f"is {self.state}" if ports.is_managed else "has no lifecycle"
@@ -219,13 +213,7 @@ class Core:
             )
 
     def signal(self, name: str) -> Signal:
-        """Return an input signal, by id or name.
-
-        Raises
-        ------
-        UnknownElementError
-            The node has no such signal.
-        """
+        """Do as `Net.signal` says."""
         number = self.names.signal(name)
         port = self.structure.ports.signals[number]
 
@@ -240,15 +228,7 @@ class Core:
         return Signal(port, lambda: self.engine.signals[number], write, expect)
 
     def submit_signals(self, values: Mapping[str, SignalSetting], source: str) -> None:
-        """Have signals set at once, by id or name; from any thread.
-
-        Raises
-        ------
-        UnknownElementError
-            The node has no such signal; none is set.
-        FeatureValueError
-            A signal cannot have its value; no signal is changed.
-        """
+        """Do as `Net.set_signals` says."""
         numbered = {}
         for name, value in values.items():
             number = self.names.signal(name)

@@ -2,25 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
-from dineros.metamodel.clauses import SignalSetting
 from dineros.runtime.channels.arrivals import Arrivals
 from dineros.runtime.channels.exchange import Exchange
 from dineros.runtime.channels.goals import ActionEvent
-from dineros.runtime.channels.transport import Answer
 from dineros.runtime.nets.ports import (
     ActionPort,
     ActionServerPort,
     ClientPort,
     Message,
-    Port,
-    Queue,
     ServerPort,
     SubscriberPort,
     TimerPort,
 )
-from dineros.runtime.nets.sources import Source
 from dineros.runtime.nets.staleness import Expectation
 from dineros.runtime.nodes.core import Core
 
@@ -42,23 +35,12 @@ class NodeReceiver:
         self._core = core
         self._loop, self._post = core.loop, core.loop.post
         self._execution = core.execution
-        self._exchange, self._arrivals = exchange, arrivals
-
-    def is_open(self, port: SubscriberPort | ServerPort) -> bool:
-        """Return whether the node takes another message or request now."""
-        return self._arrivals.is_open(port)
-
-    def message_arrived(self, port: SubscriberPort, message: Message, lost: int) -> None:
-        """Queue a message for the loop; `lost` messages are missing just before it."""
-        self._arrivals.message_arrived(port, message, lost)
-
-    def request_arrived(self, port: ServerPort, message: Message, answer: Answer) -> None:
-        """Queue a request for the loop."""
-        self._arrivals.request_arrived(port, message, answer)
-
-    def dropped(self, port: Port, queue: Queue, count: int) -> None:
-        """Count and record messages that a full queue lost."""
-        self._arrivals.dropped(port, queue, count)
+        self._exchange = exchange
+        self.is_open = arrivals.is_open
+        self.message_arrived, self.request_arrived = arrivals.message_arrived, arrivals.request_arrived
+        self.dropped = arrivals.dropped
+        self.signals_changed = core.submit_signals
+        self.source, self.remove_source = core.new_source, core.remove_source
 
     def requests_wait(self, port: ServerPort) -> None:
         """Schedule taking the requests that the transport keeps."""
@@ -93,18 +75,6 @@ class NodeReceiver:
         """Schedule counting received data that is not a valid message."""
         self._post(lambda: self._exchange.refuse(port, error))
 
-    def signals_changed(self, values: Mapping[str, SignalSetting], source: str) -> None:
-        """Have signals set."""
-        self._core.submit_signals(values, source)
-
     def signal_expected(self, signal: str, expectation: Expectation) -> None:
         """Schedule watching whether a signal is set as expected."""
         self._core.signal(signal).stale_after(expectation.seconds, expectation.then)
-
-    def source(self, name: str) -> Source:
-        """Return the counters of a signal source."""
-        return self._core.new_source(name)
-
-    def remove_source(self, source: Source) -> None:
-        """Stop showing these counters."""
-        self._core.remove_source(source)
