@@ -35,13 +35,7 @@ MARKING_BYTES = 300
 
 
 class Directed:
-    """Searches in a net, one for each target; they share the linear programs.
-
-    Parameters
-    ----------
-    net : CompiledNet
-        The net.
-    """
+    """Searches in a net, one for each target; they share the linear programs."""
 
     def __init__(self, net: CompiledNet) -> None:
         self._net = net

@@ -67,8 +67,6 @@ class Firings:
         Why the search for all markings ended.
     is_late : bool
         Whether a later stage had too little time, or none.
-    net : CompiledNet or None
-        The net.
     """
 
     traces: dict[int, tuple[int, ...]] = field(default_factory=dict)
@@ -118,8 +116,6 @@ def firings(
 
     Parameters
     ----------
-    net : CompiledNet
-        The net.
     budget : Budget
         Budget of all stages together.
     wanted : iterable of int, optional

@@ -25,15 +25,6 @@ _Limits = tuple[dict[_Sum, int], dict[_Sum, int]]
 def decide_goal(net: CompiledNet, goal: Goal, budget: Budget) -> Outcome | None:
     """Decide whether a goal can be reached, even if the state space is infinite.
 
-    Parameters
-    ----------
-    net : CompiledNet
-        The net.
-    goal : Goal
-        The goal.
-    budget : Budget
-        Budget of the decision.
-
     Returns
     -------
     Outcome or None

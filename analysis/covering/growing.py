@@ -84,8 +84,6 @@ def without_growth(net: CompiledNet, compared: Mapping[int, int] | None = None) 
 
     Parameters
     ----------
-    net : CompiledNet
-        The net.
     compared : mapping of int to int, optional
         For each place, the number of tokens from which the question distinguishes no more.
 
@@ -112,8 +110,6 @@ def limited(net: CompiledNet, limits: Mapping[int, int], *, is_open: bool = Fals
 
     Parameters
     ----------
-    net : CompiledNet
-        The net.
     limits : mapping of int to int
         For each place, its maximum number of tokens.
     is_open : bool

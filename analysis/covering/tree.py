@@ -52,15 +52,7 @@ class Tree:
 
 
 def tree_of(net: CompiledNet, budget: Budget) -> Tree:
-    """Build the pruned tree of Karp and Miller.
-
-    Parameters
-    ----------
-    net : CompiledNet
-        The net.
-    budget : Budget
-        Limit of its time.
-    """
+    """Build the pruned tree of Karp and Miller."""
     budget = budget.begun()
     same = with_complements(net)
     plain = without_inhibitors(same.net)

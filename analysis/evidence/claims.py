@@ -25,13 +25,12 @@ from dineros.metamodel.errors import DinerosError
 
 @dataclass(frozen=True)
 class Claim:
-    """The claim that no marking of the net without signals fulfils a condition.
+    """The claim that no run fulfils a condition, or no marking of the net without signals.
 
     Attributes
     ----------
     name : str
         Name of the claim, usable as a file name.
-    condition : Formula
     evidence : Evidence or None
         The evidence, if it is known.
     """
@@ -48,8 +47,6 @@ def certificates_of(
 
     Parameters
     ----------
-    model : pn.Net
-        The model.
     report : Report
         The results of the check.
     settings : sequence of str
@@ -85,10 +82,8 @@ def property_certificate(
     ----------
     asked : Asked
         The net; its kind and text are those of the property in a certificate.
-    one : Property
     names : GroupedNames
         The names with which the property was read.
-    answer : PropertyAnswer
     """
     evidence, said = answer.evidence, "holds" if answer.value is True else "violated"
     if answer.value is None or (one.kind != "bound" and evidence is None):

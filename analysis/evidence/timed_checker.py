@@ -107,8 +107,6 @@ def timed_refutation(
         Result of `dineros.analysis.evidence.certificate.read_certificate`.
     subject : TimedSubject
         The net of the model, changed and flattened as the certificate states.
-    budget
-        Limit of its time.
 
     Raises
     ------

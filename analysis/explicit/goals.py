@@ -33,8 +33,6 @@ class Comparison(NamedTuple):
     ----------
     weights : mapping
         Place index -> factor; factors may be negative.
-    relation : str
-    value : int
     """
 
     weights: Mapping[int, int]

@@ -50,7 +50,6 @@ class Cell:
 
     Attributes
     ----------
-    places : tuple of int
     factors : tuple of int
         The code is the sum of factor times tokens.
     values : int64 array, shape (codes, places), optional

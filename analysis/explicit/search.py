@@ -77,7 +77,6 @@ class Search:
         The net, the goals and the budget of the search; the clock of the budget runs.
     workers : int
         Number of threads; one for depth-first search, or for a net with unbounded places.
-    is_depth_first : bool
     reduction : bool
         Whether to fire stubborn sets only.
     most_if_unbounded : int

@@ -83,12 +83,8 @@ def coverability(
 
     Parameters
     ----------
-    net
-        The net.
     limit
         Maximum number of nodes of the tree.
-    budget
-        Limit of its time.
     only_boundedness
         Whether to stop as soon as the net is known to be unbounded.
     """

@@ -25,8 +25,6 @@ def shortened(
 
     Parameters
     ----------
-    net
-        The net.
     trace
         A firing sequence from the initial marking that leads to the goal.
     is_goal

@@ -100,8 +100,6 @@ class Count:
 
     Attributes
     ----------
-    net : CompiledNet
-        The net.
     orders : OrderCache, optional
         Stored variable orders for decision diagrams.
     order : {"breadth-first", "depth-first"}

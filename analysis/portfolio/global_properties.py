@@ -32,7 +32,6 @@ class GlobalQuestions:
 
     Parameters
     ----------
-    net : CompiledNet
     decide : callable
         Called with the name of a question, its answer and the technique, when it is known; perhaps
         repeatedly.

@@ -26,11 +26,6 @@ if TYPE_CHECKING:
 class Known:
     """The record of a net.
 
-    Parameters
-    ----------
-    net : CompiledNet
-        The net.
-
     Attributes
     ----------
     graph : PartOfGraph or None

@@ -28,8 +28,6 @@ class Reach:
 
     Attributes
     ----------
-    net : CompiledNet
-        The net.
     condition : Formula
         On markings.
     names : Names

@@ -27,10 +27,6 @@ class Satisfies:
 
     Attributes
     ----------
-    net : CompiledNet
-        The net.
-    formula : Formula
-        The formula.
     names : Names
         The elements that names in it refer to.
     orders : OrderCache, optional

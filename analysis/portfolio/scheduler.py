@@ -54,8 +54,6 @@ class Turn:
 
     Attributes
     ----------
-    method : Method
-        The method.
     when : callable
         Returns whether it is used.
     time : float
@@ -88,8 +86,6 @@ class Side:
 
     Attributes
     ----------
-    turns : tuple of Turn
-        The turns.
     weight : float
         Its share of the time, relative to the other sides.
     head_start : float
@@ -192,8 +188,6 @@ class Stage:
     ----------
     name : str
         Description of the stage.
-    method : Method
-        The method.
     part : float
         Share of the time of all questions.
     when : callable

@@ -51,9 +51,6 @@ class Sheet:
 
     Attributes
     ----------
-    net : CompiledNet
-    names : Names
-    properties : sequence of Property
     answered : callable
         Called with each answer as soon as it is known.
     budget : Budget

@@ -41,10 +41,6 @@ def follow(arrays: NetArrays, counts: Int64Array, seed: int) -> MarkingMatrix:
 class Walker:
     """Walks through a net.
 
-    Parameters
-    ----------
-    net : CompiledNet
-
     Attributes
     ----------
     deadlocked : bool

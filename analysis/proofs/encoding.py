@@ -68,8 +68,6 @@ class Unrolling:
 
     Parameters
     ----------
-    net : CompiledNet
-    known : Sums
     solver : Any
         One of python-sat, without clauses.
     conditions : mapping

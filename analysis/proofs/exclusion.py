@@ -66,11 +66,8 @@ def excluded(
 
     Parameters
     ----------
-    equation : StateEquation
     condition : Formula
         As `dineros.analysis.logic.language.rewriting.simplified` returns it.
-    conditions : mapping
-        What atoms ask.
     is_late : callable
         Whether to give up.
     met : callable

@@ -63,12 +63,8 @@ def by_induction(
 
     Parameters
     ----------
-    net : CompiledNet
     goal : Formula
         A condition on markings.
-    conditions : mapping
-        What its atoms ask.
-    budget : Budget
     known : Sums, optional
         Bounds and invariants, where they are known.
 

@@ -29,12 +29,7 @@ MOST_WORK = 100_000_000
 
 
 class StateEquation:
-    """The linear relaxation of the reachable markings of a net.
-
-    Parameters
-    ----------
-    net : CompiledNet
-    """
+    """The linear relaxation of the reachable markings of a net."""
 
     def __init__(self, net: CompiledNet) -> None:
         self.net = net

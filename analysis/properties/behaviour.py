@@ -49,8 +49,6 @@ def behaviour(space: SymbolicStateSpace, budget: Budget = UNLIMITED, work: int |
 
     Parameters
     ----------
-    space : SymbolicStateSpace
-        The complete state space.
     budget : Budget, optional
         Limit of its time; the memory is that of the state space.
     work : int, optional

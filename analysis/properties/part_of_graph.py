@@ -39,7 +39,6 @@ class PartOfGraph(Exploration):
 
     Parameters
     ----------
-    net : CompiledNet
     budget : Budget
         Its limits end the search without an error; its clock runs.
     cells : Layout, optional
@@ -158,9 +157,6 @@ class PartialSets:
 
     Parameters
     ----------
-    graph : PartOfGraph
-    conditions : mapping
-        The conditions in the atoms.
     tell : callable
         Called before each operation; an exception raised in it ends the work.
     """

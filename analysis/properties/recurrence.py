@@ -52,8 +52,6 @@ def recurrence(net: CompiledNet, budget: Budget = UNLIMITED) -> Recurrence | Non
 
     Parameters
     ----------
-    net : CompiledNet
-        The net.
     budget : Budget, optional
         Its time and memory; exhausting them gives no answer.
 

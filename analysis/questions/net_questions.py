@@ -22,8 +22,6 @@ class Question(ABC):
 
     Attributes
     ----------
-    net : CompiledNet
-        The net.
     names : Names
         The elements that names in the question refer to.
     """
@@ -92,8 +90,6 @@ class Linear(Question):
 
     Attributes
     ----------
-    formula : str
-        The formula.
     weak, strong : tuple of str
         Names of weakly and of strongly fair transitions.
     """
@@ -119,8 +115,6 @@ class Branching(Question):
 
     Attributes
     ----------
-    formula : str
-        The formula.
     orders : OrderCache or None
         Stored variable orders for the symbolic engine.
     """

@@ -37,7 +37,6 @@ class BoxNet:
 
     Attributes
     ----------
-    net : CompiledNet
     bounds : tuple of int
         Largest assumed number of tokens of each place (including dropped ones): proved, or a cap that is
         checked when firing.

@@ -21,7 +21,6 @@ class Event:
 
     Attributes
     ----------
-    transition : int
     guard : dict
         Place -> (fewest, most) tokens, both inclusive. Places not named are free.
     change : dict
@@ -38,7 +37,6 @@ class GuardedNet:
 
     Parameters
     ----------
-    net : CompiledNet
     bounds : sequence of int
         Largest assumed number of tokens of each place.
 

@@ -75,8 +75,6 @@ def groups_of_bounds(
 
     Parameters
     ----------
-    net
-        The net.
     places
         Places that may be grouped.
     bounds

@@ -259,7 +259,6 @@ class _Climb:
 
     Attributes
     ----------
-    order : list of int
     effort : int or None
         Effort of the order on the scaled-down instance; None until a candidate is finished.
     work : int

@@ -54,8 +54,6 @@ def check_timed_ctl(
         long one waits. What *next* means is defined above.
     names
         What names stand for; by default places and transitions of the net.
-    budget
-        Limits.
 
     Returns
     -------

@@ -31,7 +31,6 @@ class ClassGraph:
         How many there are. An edge is a class, a transition and the class after it.
     deadlocks : int
         Classes in which nothing can fire, however long one waits.
-    is_complete : bool
     reason : str or None
         Why it is not complete: "time", "memory", "states", "tokens" or "interrupted".
     memory_bytes : int

@@ -120,8 +120,6 @@ def timed_base_subject(
 
     Parameters
     ----------
-    model
-        The model.
     overflow
         How a full queue drops.
     times

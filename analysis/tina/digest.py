@@ -43,8 +43,6 @@ def count(net: CompiledNet, budget: Budget = UNLIMITED) -> TinaCounts:
 
     Parameters
     ----------
-    net : CompiledNet
-        The net.
     budget : Budget, optional
         How long it may take.
 

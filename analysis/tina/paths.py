@@ -25,8 +25,6 @@ def read_sequence(net: CompiledNet, text: str, program: str) -> list[list[int]]:
 
     Parameters
     ----------
-    net : CompiledNet
-        The net.
     text : str
         Names of transitions, separated by blanks; lines that begin with ``#`` are comments.
     program : str

@@ -154,8 +154,6 @@ def workplace(net: CompiledNet | pn.Net, budget: Budget = UNLIMITED) -> Iterator
 
     Parameters
     ----------
-    net : CompiledNet or pn.Net
-        The net.
     budget : Budget, optional
         Time that all programs together may take, from now on where it has not begun, and the memory of each.
     """

@@ -113,10 +113,6 @@ def verify(
 
     Parameters
     ----------
-    net : CompiledNet
-        The net.
-    formula : str or Formula
-        The formula.
     names : Names
         What its names stand for.
     weak, strong : iterable of str

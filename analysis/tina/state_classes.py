@@ -29,8 +29,6 @@ def count_classes(net: TimedNet, kind: Kind, budget: Budget = UNLIMITED) -> Time
 
     Parameters
     ----------
-    net : TimedNet
-        The net.
     kind : str
         The construction, by TINA's letter: ``tina -W``, ``-M``, ``-S``, ``-E``, ``-A``.
     budget : Budget, optional

@@ -11,12 +11,7 @@ Int64Array = NDArray[np.int64]
 
 
 class NetArrays:
-    """What walks read of a net: who asks for tokens of a place, and what firings change, in CSR form.
-
-    Parameters
-    ----------
-    net : CompiledNet
-    """
+    """What walks read of a net: who asks for tokens of a place, and what firings change, in CSR form."""
 
     def __init__(self, net: CompiledNet) -> None:
         self.net = net

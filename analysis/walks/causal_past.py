@@ -49,8 +49,6 @@ class CausalPast:
 
     Parameters
     ----------
-    net : CompiledNet
-        The net.
     sequence : sequence of int
         Transitions, from the initial marking; each is enabled when it is its turn.
     """

@@ -29,7 +29,6 @@ def firings(
 
     Parameters
     ----------
-    net : CompiledNet
     rows : sequence of Row
         Weighted sums of tokens that have to be at least a number.
     gains : int64 array, optional

@@ -89,10 +89,6 @@ def first_round(
 
     Parameters
     ----------
-    net : CompiledNet
-        The net.
-    budget : Budget
-        Of its time.
     transitions : iterable of int
         Which transitions are looked for.
     asks_deadlock : bool

@@ -15,13 +15,6 @@ class UsedPart:
     A sequence of these transitions can be fired in the part exactly if it can be fired in the net, since no
     other place matters to it. In a large net, markings of the part are much smaller.
 
-    Parameters
-    ----------
-    net : CompiledNet
-        The net.
-    transitions : iterable of int
-        The transitions.
-
     Attributes
     ----------
     net : CompiledNet

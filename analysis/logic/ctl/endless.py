@@ -55,16 +55,10 @@ def decide_endless(
 
     Parameters
     ----------
-    net : CompiledNet
-        The net.
     tree : Formula
         A formula of CTL.
-    atoms : BoundAtoms
-        Its atoms.
     names : Names
         The elements that names refer to.
-    budget : Budget
-        Budget of the decision.
     check : callable
         Decides a formula on a bounded net.
     """

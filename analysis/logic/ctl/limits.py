@@ -59,14 +59,10 @@ def decide_with_limits(
 
     Parameters
     ----------
-    net : CompiledNet
-        The net.
     tree : Formula
         A CTL formula whose conditions are comparisons of places with proved bounds.
     names : Names
         The elements that names refer to.
-    budget : Budget
-        Budget of the decision.
     most_work : int, optional
         Cache misses of saturation after which it gives up; about three million per second.
 

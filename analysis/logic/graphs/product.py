@@ -40,8 +40,6 @@ class Product:
 
     Parameters
     ----------
-    net : CompiledNet
-    automaton : Automaton
     conditions : sequence of Condition or Combined
         The conditions of the automaton's atoms, in order.
     weak, strong : sequence of int

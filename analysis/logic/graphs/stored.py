@@ -92,10 +92,8 @@ class Exploration:
 
     Parameters
     ----------
-    net : CompiledNet
     atoms : mapping of Atom to Condition
         Conditions that may be evaluated in each state.
-    budget : Budget
     cells : Layout, optional
         The layout of markings, if it is known.
 

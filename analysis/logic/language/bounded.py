@@ -45,7 +45,6 @@ class Window:
 
     Attributes
     ----------
-    earliest, latest : Fraction
     is_open_below, is_open_above : bool
         Whether the bound itself is excluded.
     """
@@ -73,7 +72,6 @@ class Bounded(Formula):
 
     Attributes
     ----------
-    window : Window
     condition : Formula
         The condition required in the window.
     always : bool

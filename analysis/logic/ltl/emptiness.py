@@ -36,8 +36,6 @@ class Emptiness:
 
     Attributes
     ----------
-    product : Product
-    budget : Budget
     edges_seen : int
         Number of edges of the product followed so far.
     """

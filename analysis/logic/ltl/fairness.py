@@ -34,8 +34,6 @@ class InnerGraph:
 
     Attributes
     ----------
-    states : int32 array
-        The states.
     sources, targets : int32 arrays
         Ends of the edges, as positions in `states`.
     edge_marks : int64 array, shape (edges, words)

@@ -37,7 +37,6 @@ class TimedReduction:
     original, net : TimedNet
         The nets before and after. They have the same runs at the same times, seen at the places and
         transitions of `net`: the same markings, and the same answers to LTL and CTL about them.
-    steps : tuple of TimedStep
     """
 
     original: TimedNet
