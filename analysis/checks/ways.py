@@ -82,7 +82,7 @@ def overtaking(
     ends : collection of int
         The transitions by which that goal ends.
     """
-    from dineros.analysis.logic.verdicts.verdict import moves
+    from dineros.analysis.nets.witness import moves
 
     start: _Here = (tuple(net.initial.tolist()), False)
     before: dict[_Here, tuple[_Here, int] | None] = {start: None}

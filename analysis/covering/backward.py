@@ -4,8 +4,8 @@ The markings from which a target can be covered are those above finitely many mi
 terminates, even if the tree of Karp and Miller is too large: either a minimal marking is covered by the
 initial one, or no minimal marking is left, and the target is not coverable. Minimal markings that the initial
 one cannot cover even by the state equation are discarded with all their predecessors: weights that no firing
-increases, checked in integers, exclude many of them. Transitions that can never fire even in fractions,
-because some input place never gets a token, are removed first.
+increases, checked in integers, exclude many of them. Transitions that could not fire even if no firing took
+tokens away are removed first.
 
 Inhibitor arcs are handled as in the tree of Karp and Miller: those at bounded places become read arcs of
 complements, the others are removed. Then unreachable targets are still proved, but a found sequence is not a
@@ -29,6 +29,7 @@ from dineros.analysis.answers.budget import Budget, Progress
 from dineros.analysis.covering.distance import CoveringPrograms
 from dineros.analysis.covering.tree import with_complements, without_inhibitors
 from dineros.analysis.nets.compiled import ArcTable, CompiledNet
+from dineros.analysis.nets.structure import never_possible
 from dineros.analysis.nets.witness import replay, way_to
 
 MOST_MINIMAL = 5_000
@@ -53,20 +54,15 @@ Marking = tuple[int, ...]
 
 
 class Backward:
-    """Searches in a net, one for each target; they share the excluding weights.
-
-    Parameters
-    ----------
-    net : CompiledNet
-        The net.
-    """
+    """Searches in a net, one for each target; they share the excluding weights."""
 
     def __init__(self, net: CompiledNet) -> None:
         self._same = with_complements(net)
         self._images = self._same.images()
         self._whole = without_inhibitors(self._same.net)
         self._is_exact = self._whole is self._same.net
-        self._origin = fireable_in_fractions(self._whole)
+        never = never_possible(self._whole)
+        self._origin = [t for t in range(len(self._whole.transitions)) if t not in never]
         self._net = _with_transitions(self._whole, self._origin)
         count = range(len(self._net.transitions))
         self._needs = [self._net.pre.row(t) for t in count]
@@ -87,8 +83,6 @@ class Backward:
 
         Parameters
         ----------
-        transition : int
-            The transition.
         budget : Budget
             Limits of its time, memory and states.
         most : int
@@ -226,36 +220,6 @@ class _Minimal:
             self._holds = np.concatenate([self._holds, np.zeros_like(self._holds)])
         self._rows[size], self._holds[size] = marking, True
         self.markings.append(marking)
-
-
-def fireable_in_fractions(net: CompiledNet) -> list[int]:
-    """Transitions all of whose input places can get a token; others cannot fire, not even in fractions.
-
-    The forward part of the fixed point of E. Fraca and S. Haddad, *Complexity analysis of continuous Petri
-    nets*, Fundamenta Informaticae 137(1), 2015. Inhibitor arcs are ignored.
-
-    Examples
-    --------
-    >>> rows = [("stay", {"a": 1}, {"a": 1}), ("turn", {"b": 1}, {"b": 2})]
-    >>> fireable_in_fractions(CompiledNet.build({"a": 1, "b": 0}, rows))
-    [0]
-    """
-    missing = [len(net.pre.row(t)) for t in range(len(net.transitions))]
-    fired = [t for t, count in enumerate(missing) if count == 0]
-    marked = {p for p, tokens in enumerate(net.initial.tolist()) if tokens}
-    fresh = sorted(marked)
-    told = 0
-    while fresh or told < len(fired):
-        for place in fresh:
-            for t in net.consumers[place]:
-                missing[t] -= 1
-                if missing[t] == 0:
-                    fired.append(t)
-        made = {p for t in fired[told:] for p, _ in net.post.row(t)} - marked
-        told = len(fired)
-        marked |= made
-        fresh = sorted(made)
-    return sorted(fired)
 
 
 def _with_transitions(net: CompiledNet, kept: Sequence[int]) -> CompiledNet:

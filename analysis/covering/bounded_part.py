@@ -32,22 +32,14 @@ class BoundedPart:
 
 
 def bounded_part(net: CompiledNet, budget: Budget) -> BoundedPart:
-    """Prove facts from the bounded places alone; nothing if the budget is not sufficient.
-
-    Parameters
-    ----------
-    net : CompiledNet
-        The net.
-    budget : Budget
-        Budget of the proof.
-    """
+    """Prove facts from the bounded places alone; nothing if the budget is not sufficient."""
     from dineros.analysis.symbolic.engine import symbolic_state_space
     from dineros.analysis.symbolic.levels import LevelSizeError, UnknownBoundError
     from dineros.analysis.symbolic.saturation import DiagramMemoryError
 
     unbounded = unbounded_places(net)
     free = free_transitions(net, unbounded)
-    always = any(not _looked_at(net, t) for t in free)
+    always = any(not net.tested(t) for t in free)
     if len(unbounded) == len(net.places):
         return BoundedPart(has_no_deadlock=always)
     try:
@@ -69,7 +61,7 @@ def unbounded_places(net: CompiledNet) -> set[int]:
 
 def free_transitions(net: CompiledNet, unbounded: Collection[int]) -> list[int]:
     """Transitions that none of some places can disable."""
-    return [t for t in range(len(net.transitions)) if not _looked_at(net, t).intersection(unbounded)]
+    return [t for t in range(len(net.transitions)) if not net.tested(t).intersection(unbounded)]
 
 
 def without_places(net: CompiledNet, places: Collection[int]) -> CompiledNet:
@@ -82,7 +74,3 @@ def without_places(net: CompiledNet, places: Collection[int]) -> CompiledNet:
     tokens, rows = net.by_names()
     smaller = [Transition(row.name, *map(kept, (row.inputs, row.outputs, row.inhibitors))) for row in rows]
     return CompiledNet.build(kept(tokens), smaller)
-
-
-def _looked_at(net: CompiledNet, transition: int) -> set[int]:
-    return {p for p, _ in (*net.pre.row(transition), *net.inhibitor.row(transition))}

@@ -106,7 +106,7 @@ def net_digest(subject: Subject) -> str:
     more: list[object] = []
     if isinstance(subject, TimedSubject):
         timed = subject.timed
-        tables = (timed.take, timed.put, timed.test, net.inhibitor)
+        tables = (timed.take, timed.put, net.pre, net.inhibitor)
         more = [list(map(str, timed.intervals)), timed.above]
     arcs = [[table.row(t) for t in range(len(net.transitions))] for table in tables]
     return _digest([net.places, net.initial.tolist(), net.transitions, arcs, *more])

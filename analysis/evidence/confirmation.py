@@ -33,17 +33,16 @@ from dineros.analysis.logic.language.syntax import (
 from dineros.analysis.logic.language.syntax import Enabled as AtomEnabled
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.portfolio.branching_time import check_ctl
+from dineros.analysis.portfolio.budgets import GIVEN_UP
 from dineros.analysis.portfolio.count import LevelOrder, StateSpace
 from dineros.analysis.properties.normal_form import is_linear, of_linear
 from dineros.analysis.properties.property import Property, PropertyAnswer, said_of_all
 from dineros.analysis.questions.net_questions import Branching, Enabled, Linear, Marking, Question
 from dineros.analysis.symbolic.engine import SymbolicStateSpace, symbolic_state_space
-from dineros.analysis.symbolic.levels import LevelSizeError, UnknownBoundError
 from dineros.analysis.symbolic.saturation import DiagramMemoryError
 
 V = TypeVar("V")
 
-_GIVEN_UP = (BudgetExceededError, DiagramMemoryError, UnknownBoundError, LevelSizeError, MemoryError)
 ONE_ENGINE = "only one engine decides this kind of formula"
 SEARCH, DIAGRAMS, OTHER_ORDER = "explicit search", "decision diagrams", "decision diagrams in another order"
 
@@ -322,7 +321,7 @@ def _confirmed(
         try:
             budget.check_time()
             found = decide(budget.share(time=0.4 if name == SEARCH else 1.0))
-        except _GIVEN_UP as limit:
+        except GIVEN_UP as limit:
             why.append(f"{name}: {str(limit) or 'memory ran out'}")
             continue
         said.append((name, found))

@@ -36,7 +36,6 @@ class Asked:
         The net.
     kind : {"enabled", "marking", "ctl", "ltl"}
         Kind of the text: the name of a transition, a condition, a formula.
-    text : str
     signals, overflow : str
         Options with which a system model was flattened.
     settings : sequence of str
@@ -49,6 +48,22 @@ class Asked:
     signals: str = "none"
     overflow: str = "weighted"
     settings: Sequence[str] = ()
+
+    def certificate(self, format: str, answer: str, **proof: object) -> Certificate:
+        """Return the certificate of an answer with a proof; it is not checked here."""
+        return sealed(
+            {
+                "format": format,
+                "model": str(self.subject.model.id),
+                "settings": list(self.settings),
+                "signals": self.signals,
+                "overflow": self.overflow,
+                "net": net_digest(self.subject),
+                "question": {"kind": self.kind, "text": self.text},
+                "answer": answer,
+                **proof,
+            }
+        )
 
 
 def proved(asked: Asked, budget: Budget = UNLIMITED) -> Outcome | None:
@@ -91,21 +106,8 @@ def certificate_of(asked: Asked, answer: str, evidence: Evidence | None) -> Cert
     never = [fact for part in parts for fact in _never(net, part)]
     clauses = [clause for part in parts for clause in _clauses(part)]
     steps = max([min(1, len(clauses)), *(part.depth for part in parts if isinstance(part, Inductive))])
-    certificate = sealed(
-        {
-            "format": FORMAT,
-            "model": str(asked.subject.model.id),
-            "settings": list(asked.settings),
-            "signals": asked.signals,
-            "overflow": asked.overflow,
-            "net": net_digest(asked.subject),
-            "question": {"kind": asked.kind, "text": asked.text},
-            "answer": answer,
-            "never": never,
-            "clauses": [[_named(net, row) for row in clause] for clause in clauses],
-            "steps": steps,
-        }
-    )
+    rows = [[_named(net, row) for row in clause] for clause in clauses]
+    certificate = asked.certificate(FORMAT, answer, never=never, clauses=rows, steps=steps)
     return None if refutation(certificate, asked.subject) else certificate
 
 

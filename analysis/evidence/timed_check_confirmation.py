@@ -18,9 +18,10 @@ from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.evidence.confirmation import ONE_ENGINE, Confirmation, rests_on_markings
 from dineros.analysis.evidence.timed_confirmation import COUNTED, STRONG, confirm_timed_answer
 from dineros.analysis.nets.compiled import Int64Array
+from dineros.analysis.properties.predicates import MarkingMatrix
 from dineros.analysis.questions.net_questions import Linear
 from dineros.analysis.requirements.stored import Asked
-from dineros.analysis.timed.graph import nothing_enabled, timed_graph
+from dineros.analysis.timed.graph import timed_graph
 from dineros.analysis.timed.integers.counting import all_markings
 from dineros.analysis.timed.integers.net import integer_net
 from dineros.analysis.timed.nets import TimedNet
@@ -63,7 +64,7 @@ class Behaviour:
 
     def ends(self, net: TimedNet) -> Int64Array:
         """Return the markings that enable nothing, in which the net ends, unless priorities are cyclic."""
-        return self.markings[nothing_enabled(net, self.markings)]
+        return self.markings[MarkingMatrix(net.untimed, self.markings).deadlocks()]
 
 
 def confirm_timed_check(checked: TimedChecked, budget: Budget = UNLIMITED) -> dict[str, Confirmation]:
@@ -73,8 +74,6 @@ def confirm_timed_check(checked: TimedChecked, budget: Budget = UNLIMITED) -> di
     ----------
     checked
         The completed check.
-    budget
-        Limits.
 
     Returns
     -------

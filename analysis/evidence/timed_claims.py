@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 from dineros.analysis.answers.budget import Budget, BudgetExceededError
 from dineros.analysis.checks.overflow import Overflow
 from dineros.analysis.evidence.certificate import BASE
-from dineros.analysis.evidence.claims import file_name
+from dineros.analysis.evidence.claims import Claim, file_name
 from dineros.analysis.evidence.proving import Asked, Certificate
 from dineros.analysis.evidence.timed_checker import timed_refutation
 from dineros.analysis.evidence.timed_proving import classes_of, timed_certificate, timed_form
@@ -29,21 +28,6 @@ from dineros.analysis.timed.timed_subject import TimedSubject
 from dineros.analysis.timed_checks.timed_checked import TimedChecked
 
 Named = tuple[str, Certificate]
-
-
-@dataclass(frozen=True)
-class _Claim:
-    """The claim that no run fulfils a condition.
-
-    Attributes
-    ----------
-    name : str
-        Name of the claim, usable as a file name.
-    goal : Formula
-    """
-
-    name: str
-    goal: Formula
 
 
 def timed_certificates_of(
@@ -68,13 +52,13 @@ def timed_certificates_of(
         if claims:
             classes = list(classes_of(checked.timed.timed, budget))
             everything = timed_form(
-                _never(checked, Or(tuple(one.goal for one in claims)), settings), "holds", classes
+                _never(checked, Or(tuple(one.condition for one in claims)), settings), "holds", classes
             )
             if timed_refutation(everything, checked.timed, budget):
                 claims, everything = [], None  # results that need priorities have no certificate
             # If no class fulfils any of the conditions, none fulfils a single one.
             found += [
-                (one.name, timed_form(_never(checked, one.goal, settings), "holds", classes))
+                (one.name, timed_form(_never(checked, one.condition, settings), "holds", classes))
                 for one in claims
             ]
         found += _properties(checked, settings, budget)
@@ -87,7 +71,7 @@ def _never(checked: TimedChecked, goal: Formula, settings: Sequence[str]) -> Ask
     return Asked(checked.timed, "ltl", str(Globally(Not(goal))), BASE, "weighted", settings)
 
 
-def _claims(checked: TimedChecked) -> Iterator[_Claim]:
+def _claims(checked: TimedChecked) -> Iterator[Claim]:
     """Yield the conditions that are never fulfilled."""
     explored, names = checked.explored, checked.timed.net.transitions
     most = explored.markings.max(axis=0).tolist()
@@ -95,7 +79,7 @@ def _claims(checked: TimedChecked) -> Iterator[_Claim]:
         Comparison(((1, Name(place)),), ">=", int(tokens) + 1)
         for place, tokens in zip(checked.timed.net.places, most, strict=True)
     ]
-    yield _Claim("bounded", Or(tuple(more)))
+    yield Claim("bounded", Or(tuple(more)))
     overflows = {fault.rule for fault in Overflow.faults}
     losing = {found.elements for found in checked.report.findings if found.rule in overflows}
     fires = {names[t] for t in explored.ways}
@@ -104,12 +88,12 @@ def _claims(checked: TimedChecked) -> Iterator[_Claim]:
         drops.update(queue.drops)
         if queue.elements not in losing and fires.isdisjoint(queue.drops):
             fired: list[Formula] = [Fired(Name(drop)) for drop in queue.drops]
-            yield _Claim(file_name("no-overflow", *queue.elements), Or(tuple(fired)))
+            yield Claim(file_name("no-overflow", *queue.elements), Or(tuple(fired)))
     for name in names:
         if name not in fires and name not in drops:
-            yield _Claim(file_name("dead", name), Fired(Name(name)))
+            yield Claim(file_name("dead", name), Fired(Name(name)))
     if not explored.ends and not checked.timed.timed.has_priorities:
-        yield _Claim("no-deadlock", Deadlock())
+        yield Claim("no-deadlock", Deadlock())
 
 
 def _properties(checked: TimedChecked, settings: Sequence[str], budget: Budget) -> Iterator[Named]:

@@ -17,15 +17,12 @@ from dataclasses import replace
 from dineros.analysis.answers.budget import UNLIMITED, Budget, BudgetExceededError
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.evidence.confirmation import ONE_ENGINE, Confirmation
-from dineros.analysis.logic.language.atoms import BoundAtoms, Linear, NoneEnabled, SomeEnabled
+from dineros.analysis.logic.language.atoms import BoundAtoms, as_comparisons
 from dineros.analysis.logic.language.bounded import read_bounded
 from dineros.analysis.logic.language.names import Names, NetNames
 from dineros.analysis.logic.language.parser import parse
 from dineros.analysis.logic.language.syntax import (
-    FALSE,
-    TRUE,
     And,
-    Atom,
     Comparison,
     Exists,
     Finally,
@@ -34,7 +31,6 @@ from dineros.analysis.logic.language.syntax import (
     Globally,
     Name,
     Not,
-    Or,
 )
 from dineros.analysis.questions import net_questions
 from dineros.analysis.timed.durations.bounded_response import decide_bounded
@@ -60,8 +56,6 @@ def confirm_timed_answer(
         The net with its times.
     question, answer
         The question, and the answer: ``unreachable`` or ``holds``.
-    budget
-        Limits.
     """
     budget = budget.begun()
     match question:
@@ -136,32 +130,12 @@ def _in_counted_time(net: TimedNet, made: IntegerNet, condition: Formula, names:
 
     A marking of that net corresponds to one of the timed net if its place `end` is marked.
     """
-    atoms = BoundAtoms(net.untimed, condition, names).conditions
-    if any(isinstance(one, NoneEnabled) for one in atoms.values()):
+    plain = net.untimed
+    conditions = BoundAtoms(plain, condition, names).conditions
+    compared: dict[Formula, Formula | None] = {
+        atom: as_comparisons(plain, one) for atom, one in conditions.items()
+    }
+    if None in compared.values():
         return None
-    places = net.untimed.places
-
-    def atom(each: Atom) -> Formula:
-        match atoms[each]:
-            case Linear(factors, operator, bound):
-                terms = tuple((factor, Name(places[place])) for place, factor in factors.items() if factor)
-                return Comparison(terms, operator, bound)  # type: ignore[arg-type]
-            case SomeEnabled(transitions):
-                return Or(tuple(_enabled(net, each) for each in transitions)) if transitions else FALSE
-        raise AssertionError(f"no condition on markings: {each}")
-
-    def translated(tree: Formula) -> Formula:
-        if isinstance(tree, Atom):
-            return atom(tree) if tree in atoms else tree
-        return tree.with_operands(tuple(translated(operand) for operand in tree.operands))
-
     is_settled = Comparison(((1, Name(made.end)),), ">=", 1)
-    return And((translated(condition), is_settled))
-
-
-def _enabled(net: TimedNet, transition: int) -> Formula:
-    """Return the condition that the input tokens of a transition are there."""
-    plain, places = net.untimed, net.untimed.places
-    needed = [Comparison(((1, Name(places[p])),), ">=", w) for p, w in plain.pre.row(transition)]
-    kept = [Comparison(((1, Name(places[p])),), "<", w) for p, w in plain.inhibitor.row(transition)]
-    return And((*needed, *kept, TRUE))
+    return And((condition.replaced(compared.get), is_settled))

@@ -14,7 +14,7 @@ import numpy as np
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget, BudgetExceededError
 from dineros.analysis.answers.outcome import Outcome
-from dineros.analysis.evidence.certificate import TIMED_FORMAT, net_digest, sealed
+from dineros.analysis.evidence.certificate import TIMED_FORMAT
 from dineros.analysis.evidence.proving import Asked, Certificate
 from dineros.analysis.evidence.timed_checker import timed_goal, timed_refutation
 from dineros.analysis.nets.compiled import Int64Array
@@ -67,20 +67,7 @@ def timed_form(
     asked: Asked, status: str, classes: Sequence[Class], steps: Sequence[Mapping[str, str]] = ()
 ) -> Certificate:
     """Return a certificate with these classes, or this schedule; it is not checked here."""
-    return sealed(
-        {
-            "format": TIMED_FORMAT,
-            "model": str(asked.subject.model.id),
-            "settings": list(asked.settings),
-            "signals": asked.signals,
-            "overflow": asked.overflow,
-            "net": net_digest(asked.subject),
-            "question": {"kind": asked.kind, "text": asked.text},
-            "answer": status,
-            "classes": list(classes),
-            "schedule": list(steps),
-        }
-    )
+    return asked.certificate(TIMED_FORMAT, status, classes=list(classes), schedule=list(steps))
 
 
 def _schedule(net: TimedNet, trace: Sequence[int]) -> list[dict[str, str]]:

@@ -76,17 +76,14 @@ class EditedNet:
 
     def __init__(self, net: TimedNet) -> None:
         untimed = net.untimed
-        names, places = untimed.transitions, untimed.places
-        self.places: dict[str, int] = dict(zip(places, untimed.initial.tolist(), strict=True))
+        names = untimed.transitions
+        self.places, rows = net.by_names()
         self.cases: dict[str, list[Firing]] = {}
         self._above = [(names[high], names[low]) for low, row in enumerate(net.above) for high in row]
-        for t, name in enumerate(names):
-            take = {places[p]: w for p, w in net.take.row(t)}
-            read = {places[p]: w - take.get(places[p], 0) for p, w in net.test.row(t)}
-            put = {places[p]: w for p, w in net.put.row(t)}
-            inhibit = {places[p]: w for p, w in untimed.inhibitor.row(t)}
-            firing = Firing(name, take, put, {p: w for p, w in read.items() if w}, inhibit, net.intervals[t])
-            self.cases[name] = [firing]
+        for row, interval in zip(rows, net.intervals, strict=True):
+            self.cases[row.name] = [
+                Firing(row.name, row.inputs, row.outputs, row.reads, row.inhibitors, interval)
+            ]
 
     def original(self, name: str) -> Firing:
         """Return the first case of a transition."""

@@ -130,7 +130,7 @@ class Starvation:
         markings, net = search.markings(), self._net
         before, after = search.marking_of[source], search.marking_of[target]
         stays: NDArray[np.bool_] = label != clock
-        for place, weight in net.test.row(clock):
+        for place, weight in net.untimed.pre.row(clock):
             taken = np.array([row.get(place, 0) for row in self._taken])[label]
             held = markings[:, place]
             stays &= (held[before] - taken >= weight) & (held[after] >= weight)

@@ -207,6 +207,10 @@ class CompiledNet:
         transitions = [Transition(name, *row) for name, row in zip(self.transitions, rows, strict=True)]
         return dict(zip(names, self.initial.tolist(), strict=True)), transitions
 
+    def tested(self, transition: int) -> set[int]:
+        """Places that decide whether a transition is enabled."""
+        return {place for table in (self.pre, self.inhibitor) for place, _ in table.row(transition)}
+
     def is_enabled(self, transition: int, marking: Sequence[int] | Int64Array) -> bool:
         """Plain firing rule: every input place holds its weight and every inhibitor holds."""
         return all(marking[place] >= weight for place, weight in self.pre.row(transition)) and all(

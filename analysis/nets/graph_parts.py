@@ -6,7 +6,7 @@ NetworkX and SciPy have these, too, but take longer to import than the analysis 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Collection, Hashable, Mapping
+from collections.abc import Collection, Hashable, Iterable, Mapping, Sequence
 from itertools import count
 from typing import Any, TypeVar
 
@@ -73,6 +73,21 @@ def has_cycle(successors: Mapping[Node, Collection[Node]]) -> bool:
     return any(
         len(part) > 1 or part[0] in successors[part[0]] for part in strongly_connected_parts(successors)
     )
+
+
+def representatives(nodes: Iterable[Node], links: Iterable[Sequence[Node]]) -> dict[Node, Node]:
+    """Return by node a representative of its group: all nodes of a link are in one group."""
+    leader = {node: node for node in nodes}
+
+    def find(node: Node) -> Node:
+        while leader[node] != node:
+            leader[node] = node = leader[leader[node]]
+        return node
+
+    for link in links:
+        for node in link:
+            leader[find(node)] = find(link[0])
+    return {node: find(node) for node in leader}
 
 
 def shortest_path(successors: Mapping[Node, Collection[Node]], source: Node, target: Node) -> list[Node]:

@@ -51,6 +51,15 @@ class FiringRows:
         return True
 
 
+def moves(net: CompiledNet, marking: Sequence[int]) -> Iterator[tuple[int, tuple[int, ...]]]:
+    """Yield the transitions that a marking enables, each with the marking after it."""
+    rows = net.once(FiringRows)
+    for transition in rows.enabled(marking):
+        after = list(marking)
+        rows.fire(transition, after)
+        yield transition, tuple(after)
+
+
 def replay(net: CompiledNet, trace: Iterable[int]) -> list[list[int]]:
     """Fire a sequence of transitions from the initial marking.
 

@@ -132,14 +132,13 @@ def proof_against(net: CompiledNet, condition: Formula, names: Names, budget: Bu
 
 def _without_steps(condition: Formula) -> Formula:
     """Replace the atoms on steps in a condition: `fired` becomes `enabled`."""
-    made: dict[Formula, Formula] = {}
-    wanted = simplified(condition)
-    for part in wanted.subformulas():
+
+    def weaker(part: Formula) -> Formula | None:
         match part:
             case Fired(name):
-                made[part] = Enabled(name)
+                return Enabled(name)
             case Not(Fired()):
-                made[part] = TRUE
-            case _:
-                made[part] = part.with_operands(tuple(made[operand] for operand in part.operands))
-    return made[wanted]
+                return TRUE
+        return None
+
+    return simplified(condition).replaced(weaker)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import lru_cache
 from typing import Protocol
 
@@ -51,7 +51,6 @@ class MarkingMatrix:
 
     Parameters
     ----------
-    net : CompiledNet
     rows : int64 array, shape (markings, places)
     """
 
@@ -113,7 +112,7 @@ def holds(markings: Markings, condition: Condition) -> Flags:
     raise TypeError(f"no condition on markings: {condition}")
 
 
-def any_enabled(markings: Markings, transitions: range | list[int]) -> Flags:
+def any_enabled(markings: Markings, transitions: Iterable[int]) -> Flags:
     """Return the markings in which at least one of these transitions is enabled."""
     result = np.zeros(markings.size, dtype=np.bool_)
     for transition in transitions:
@@ -125,16 +124,29 @@ def any_enabled(markings: Markings, transitions: range | list[int]) -> Flags:
 
 def satisfied(markings: Markings, formula: Formula, conditions: Mapping[Atom, Condition]) -> Flags:
     """Return the markings in which a formula without temporal operators holds."""
+
+    def evaluate(atom: Atom) -> Flags:
+        return holds(markings, NoneEnabled() if isinstance(atom, Deadlock) else conditions[atom])
+
+    return combination(formula, evaluate, markings.size)
+
+
+def combination(formula: Formula, evaluate: Callable[[Atom], Flags], size: int) -> Flags:
+    """Return where a boolean combination of atoms is true, given where each atom is.
+
+    Raises
+    ------
+    TypeError
+        There is a temporal operator.
+    """
     found: dict[Formula, Flags] = {}
     for part in formula.subformulas():
         rows = [found[operand] for operand in part.operands]
         match part:
             case Constant(value):
-                found[part] = np.full(markings.size, value)
-            case Deadlock():
-                found[part] = holds(markings, NoneEnabled())
+                found[part] = np.full(size, value)
             case Atom():
-                found[part] = holds(markings, conditions[part])
+                found[part] = evaluate(part)
             case Not():
                 found[part] = ~rows[0]
             case And():
@@ -145,4 +157,6 @@ def satisfied(markings: Markings, formula: Formula, conditions: Mapping[Atom, Co
                 found[part] = ~rows[0] | rows[1]
             case Equivalent():
                 found[part] = rows[0] == rows[1]
+            case _:
+                raise TypeError(f"no condition on a marking: {part}")
     return found[formula]

@@ -175,12 +175,12 @@ class GroupedNames:
 
     def ungrouped(self, formula: Formula) -> Formula:
         """Return a formula without groups, as a disjunction over their transitions."""
-        made: dict[Formula, Formula] = {}
-        for part in formula.subformulas():
-            made[part] = part.with_operands(tuple(made[operand] for operand in part.operands))
-            if isinstance(part, Enabled) and len(members := self.members(part.name.text)) > 1:
-                made[part] = Or(tuple(Enabled(Name(member)) for member in members))
-        return made[formula]
+
+        def single(part: Formula) -> Formula | None:
+            members = self.members(part.name.text) if isinstance(part, Enabled) else ()
+            return Or(tuple(Enabled(Name(member)) for member in members)) if len(members) > 1 else None
+
+        return formula.replaced(single)
 
     def places(self, name: str) -> Sequence[int]:
         """Return the places of a name."""

@@ -9,7 +9,6 @@ stay in a deadlock forever: the formulas are translated with ``deadlock``. In LT
 
 from __future__ import annotations
 
-import operator
 from collections.abc import Callable
 from pathlib import Path
 
@@ -18,6 +17,7 @@ from lxml import etree
 from dineros.analysis.logic.language.errors import FormulaError
 from dineros.analysis.logic.language.syntax import (
     FALSE,
+    OPERATORS,
     TRUE,
     And,
     Comparison,
@@ -62,14 +62,6 @@ COMPARISONS: dict[str, ComparisonOperator] = {
     "integer-gt": ">",
     "integer-eq": "==",
     "integer-ne": "!=",
-}
-_HOLDS: dict[ComparisonOperator, Callable[[int, int], bool]] = {
-    "<=": operator.le,
-    "<": operator.lt,
-    ">=": operator.ge,
-    ">": operator.gt,
-    "==": operator.eq,
-    "!=": operator.ne,
 }
 _CONSTANTS: dict[str, Formula] = {"true": TRUE, "false": FALSE, "deadlock": Deadlock()}
 _TEXTS = ("integer-constant", "place", "transition")
@@ -228,7 +220,7 @@ class _Reader:
         factors = {place: left.get(place, 0) - right.get(place, 0) for place in {**left, **right}}
         bound = -factors.pop("", 0)
         terms = tuple((factor, Name(place)) for place, factor in factors.items() if factor)
-        return Comparison(terms, symbol, bound) if terms else Constant(_HOLDS[symbol](0, bound))
+        return Comparison(terms, symbol, bound) if terms else Constant(OPERATORS[symbol](0, bound))
 
     def sum(self, node: etree._Element) -> dict[str, int]:
         """Return the factor of each place in a sum; that of the empty name is the constant."""

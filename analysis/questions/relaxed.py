@@ -86,8 +86,6 @@ def bounds_in_time(
         The same without them.
     signals : frozenset of int
         Transitions that signals may keep from firing, which `net` does not know of.
-    budget : Budget
-        Limits.
     """
     found: dict[int, int | None] = dict.fromkeys(sorted(loose.places))
     if net.has_priorities:
@@ -108,7 +106,9 @@ def _takers(net: TimedNet, loose: Relaxed, place: int, signals: frozenset[int]) 
     for t, interval in enumerate(net.intervals):
         if interval.latest != 0 or t in signals:
             continue
-        take, test, inhibitors = (dict(table.row(t)) for table in (net.take, net.test, net.untimed.inhibitor))
+        take, test, inhibitors = (
+            dict(table.row(t)) for table in (net.take, net.untimed.pre, net.untimed.inhibitor)
+        )
         depends_on = (test.keys() | inhibitors.keys()) & loose.places
         if take.get(place) == 1 and test[place] == 1 and place not in inhibitors and depends_on == {place}:
             found.append(t)
@@ -120,8 +120,6 @@ class _Sums:
 
     Parameters
     ----------
-    net : TimedNet
-        The net.
     known : mapping
         Bounds of places without arcs; None of those whose tokens may not count in a sum.
     taken_at_once : sequence of int

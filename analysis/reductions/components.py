@@ -15,7 +15,7 @@ from functools import cached_property
 from operator import add
 from weakref import WeakKeyDictionary
 
-from dineros.analysis.nets.graph_parts import ends, has_cycle
+from dineros.analysis.nets.graph_parts import ends, has_cycle, representatives
 from dineros.analysis.reductions.net import Arcs, Change, MutableNet
 from dineros.analysis.reductions.rule import ALL_PROPERTIES, Lift, Property, Question, Rule, Step
 from dineros.analysis.reductions.transitions import DEAD_PRESERVES
@@ -38,7 +38,6 @@ class Component:
 
     Attributes
     ----------
-    places : tuple of str
     members : dict
         The transitions that change it.
     initial : tuple of int
@@ -134,28 +133,18 @@ class Component:
 
 def independent_components(net: MutableNet) -> list[Component]:
     """Return the minimal independent components."""
-    leader = {place: place for place in net.places}
-
-    def find(place: str) -> str:
-        while leader[place] != place:
-            leader[place] = place = leader[leader[place]]
-        return place
-
     deltas = {t: arcs.delta for t, arcs in net.transitions.items()}
-    for delta in deltas.values():
-        changed = list(delta)
-        for place in changed[1:]:
-            leader[find(place)] = find(changed[0])
+    leader = representatives(net.places, map(list, deltas.values()))
     order = {place: position for position, place in enumerate(net.places)}
     places: dict[str, list[str]] = {}
-    for place in net.places:
-        places.setdefault(find(place), []).append(place)
+    for place, root in leader.items():
+        places.setdefault(root, []).append(place)
     members: dict[str, dict[str, Arcs]] = {root: {} for root in places}
     for t, delta in deltas.items():
         for place in delta:
-            root = find(place)
+            root = leader[place]
             members[root][t] = net.transitions[t]
-            if any(find(other) != root for other in net.transitions[t].places):
+            if any(leader[other] != root for other in net.transitions[t].places):
                 places.pop(root, None)
             break
     found = [(root, group) for root, group in places.items() if members[root]]

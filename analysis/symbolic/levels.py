@@ -42,7 +42,6 @@ class Level:
 
     Attributes
     ----------
-    places : tuple of int
     states : tuple of tuple of int
         Local states: tokens of the places, in their order.
     initial : int
@@ -54,12 +53,22 @@ class Level:
     initial: int
 
 
+def changes(table: Sequence[int]) -> bool:
+    """Return whether a table changes a local state."""
+    return any(j not in (-1, i) for i, j in enumerate(table))
+
+
 @dataclass(frozen=True)
 class LocalEvent:
     """An event: per level it touches, a table from local state to the next, -1 where it is not enabled."""
 
     transition: int
     tables: dict[int, tuple[int, ...]]
+
+    @property
+    def is_change(self) -> bool:
+        """Whether it changes a local state."""
+        return any(map(changes, self.tables.values()))
 
 
 @dataclass(frozen=True)
@@ -68,9 +77,6 @@ class Encoding:
 
     Attributes
     ----------
-    boxes : BoxNet
-    levels : tuple of Level
-    events : tuple of LocalEvent
     bounds : tuple of (Bound or None)
         By place.
     flows : tuple of tuple of int

@@ -23,7 +23,6 @@ class EventTables:
     ----------
     tables : int64 array
         All local tables one after another; table n is ``tables[start[n]:start[n + 1]]``.
-    start : int64 array
     pair_start, pair_source, pair_target : int64 arrays
         The enabled entries of each table, in the order in which firing one can feed the next.
     event_start, event_level, event_table : int64 arrays
@@ -42,11 +41,7 @@ class EventTables:
     @classmethod
     def of(cls, encoding: Encoding) -> EventTables:
         """Flatten the events that change something; equal and similar ones become one."""
-        changing = (
-            event.tables
-            for event in encoding.events
-            if not all(j in (-1, i) for table in event.tables.values() for i, j in enumerate(table))
-        )
+        changing = (event.tables for event in encoding.events if event.is_change)
         distinct = {tuple(sorted(tables.items())): tables for tables in changing}
         number: dict[tuple[int, ...], int] = {}
         rows: dict[tuple[tuple[int, int], ...], None] = {}

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from dineros.analysis.answers.budget import UNLIMITED, Budget, Progress
+from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.explicit.lazy_arrays import lazy_zeros
 from dineros.analysis.nets.compiled import Int64Array
 from dineros.analysis.nets.memory import mappable_memory
@@ -38,7 +38,7 @@ from dineros.analysis.timed.kernels.edges import (
 from dineros.analysis.timed.kernels.markings import MARKINGS, MOST_CLOCKS
 from dineros.analysis.timed.kernels.partitions import find_again
 from dineros.analysis.timed.nets import TimedNet
-from dineros.analysis.timed.search import CALL_SECONDS, MAPPED_SHARE, ClassSearch
+from dineros.analysis.timed.search import MAPPED_SHARE, ClassSearch, limit_hit, next_slice
 from dineros.analysis.timed.tables import Atoms, CuttingRoom
 
 FIRST_TABLE = 1 << 12
@@ -50,7 +50,6 @@ class AtomicSearch:
 
     Parameters
     ----------
-    net : TimedNet
     budget : Budget
         Limits; a share of the free memory unless one is given.
 
@@ -149,13 +148,12 @@ class AtomicSearch:
             if status == kernels.REFINED:
                 return
             if status == kernels.GOES_ON:
-                factor = CALL_SECONDS / max(time.perf_counter() - began, 1e-6)
-                size = int(max(1, min(LARGEST_SLICE, size * min(4.0, max(0.25, factor)))))
+                size = next_slice(size, began, LARGEST_SLICE)
             elif status == kernels.WANTS_TABLE:
                 self.enlarge_table()
             elif status == kernels.WANTS_ROOM:
                 self.reason = "memory"
-            self._look()
+            self.reason = self.reason or limit_hit(self._budget, self.classes, self.memory_bytes)
 
     def enlarge_table(self) -> None:
         """Give the classes a larger table."""
@@ -163,17 +161,6 @@ class AtomicSearch:
         table = np.full(self._table_size(2 * int(self._atoms.control[CLASSES])), NONE, dtype=np.int32)
         self._atoms = self._atoms._replace(table=table)
         find_again(self._atoms)
-
-    def _look(self) -> None:
-        budget = self._budget
-        if budget.progress is not None:
-            budget.progress(Progress("states", self.classes, self.memory_bytes))
-        if self.reason is None and budget.is_over:
-            self.reason = "time"
-        elif self.reason is None and self.memory_bytes > budget.memory:
-            self.reason = "memory"
-        elif self.reason is None and budget.states is not None and self.classes >= budget.states:
-            self.reason = "states"
 
     @property
     def classes(self) -> int:

@@ -15,8 +15,8 @@ import numpy as np
 from dineros.analysis.answers.budget import RAN_OUT, Budget
 from dineros.analysis.nets.compiled import CompiledNet, Int64Array
 from dineros.analysis.nets.coverability import Pumping
+from dineros.analysis.properties.predicates import MarkingMatrix, enabled
 from dineros.analysis.timed.classes import Kind
-from dineros.analysis.timed.graph import enabling
 from dineros.analysis.timed.growth import growing_loop
 from dineros.analysis.timed.nets import TimedNet
 from dineros.analysis.timed.search import ClassSearch
@@ -43,7 +43,6 @@ class Explored:
 
     Attributes
     ----------
-    net : TimedNet
     search : ClassSearch
         Ended.
     growth : Pumping or None
@@ -100,8 +99,7 @@ class Explored:
 
     def enabled_at(self, transition: int) -> Int64Array:
         """Return the rows of the markings with the tokens for a transition."""
-        held = enabling(self.net.untimed, self.net, transition, self.markings)
-        return np.flatnonzero(held)
+        return np.flatnonzero(enabled(MarkingMatrix(self.net.untimed, self.markings), transition))
 
 
 def explore_timed(net: TimedNet, budget: Budget, begun: Explored | None = None) -> Explored:
@@ -112,9 +110,6 @@ def explore_timed(net: TimedNet, budget: Budget, begun: Explored | None = None) 
 
     Parameters
     ----------
-    net : TimedNet
-    budget : Budget
-        Limits.
     begun : Explored, optional
         What was found of the net when time ran out: the search continues there.
     """
@@ -162,8 +157,6 @@ def fire_far_away(net: TimedNet, known: Iterable[int], budget: Budget) -> tuple[
 
     Parameters
     ----------
-    net
-        The net.
     known
         Transitions that are known to fire.
     budget

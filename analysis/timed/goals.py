@@ -11,12 +11,12 @@ import numpy as np
 
 from dineros.analysis.answers.budget import RAN_OUT, UNLIMITED, Budget
 from dineros.analysis.answers.outcome import Outcome
-from dineros.analysis.logic.language.atoms import BoundAtoms, Linear, NoneEnabled, SomeEnabled
+from dineros.analysis.logic.language.atoms import BoundAtoms, NoneEnabled
 from dineros.analysis.logic.language.names import Names, NetNames, resolved
 from dineros.analysis.logic.language.parser import parse
 from dineros.analysis.logic.language.syntax import Atom, Formula, Name
+from dineros.analysis.properties.predicates import Flags, MarkingMatrix, combination, holds
 from dineros.analysis.timed.classes import Kind
-from dineros.analysis.timed.graph import Flags, holding, marked_so, nothing_enabled
 from dineros.analysis.timed.nets import TimedNet
 from dineros.analysis.timed.schedules import schedule
 from dineros.analysis.timed.search import ClassSearch
@@ -37,15 +37,11 @@ def find_timed(
 
     Parameters
     ----------
-    net
-        The net.
     condition
         On markings. ``enabled(t)`` says that the tokens are there; ``deadlock`` that nothing can fire any
         more, however long one waits.
     names
         What names stand for; by default places and transitions of the net.
-    budget
-        Limits.
     observed
         The net without its observer, if `net` has one: ``deadlock`` is about that.
     kind
@@ -69,12 +65,11 @@ def find_timed(
     def where(markings: np.ndarray[tuple[int, ...], np.dtype[np.int64]], dead: Flags) -> Flags:
         def evaluate(atom: Atom) -> Flags:
             condition = atoms.conditions[atom]
-            if isinstance(condition, NoneEnabled):
-                return dead if observed is None else nothing_enabled(observed, markings)
-            assert isinstance(condition, Linear | SomeEnabled), "the parser lets no other atom pass"
-            return marked_so(net, condition, markings)
+            if not isinstance(condition, NoneEnabled):
+                return holds(MarkingMatrix(net.untimed, markings), condition)
+            return dead if observed is None else MarkingMatrix(observed.untimed, markings).deadlocks()
 
-        return holding(tree, evaluate, len(markings))
+        return combination(tree, evaluate, len(markings))
 
     def among_markings(search: ClassSearch) -> Found | None:
         nonlocal looked

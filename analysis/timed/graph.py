@@ -2,79 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dineros.analysis.answers.budget import RAN_OUT, UNLIMITED, Budget, BudgetExceededError
+from dineros.analysis.logic.graphs.stored import Arcs
 from dineros.analysis.logic.language.atoms import Condition, Linear, NoneEnabled, SomeEnabled, SomeFired
-from dineros.analysis.logic.language.syntax import (
-    OPERATORS,
-    And,
-    Atom,
-    Constant,
-    Equivalent,
-    Formula,
-    Implies,
-    Not,
-    Or,
-)
-from dineros.analysis.nets.compiled import CompiledNet, Int64Array
+from dineros.analysis.nets.compiled import Int64Array
+from dineros.analysis.properties.predicates import Flags, MarkingMatrix, any_enabled, holds
 from dineros.analysis.timed.atomic import AtomicSearch
 from dineros.analysis.timed.classes import ClassGraph, Kind
 from dineros.analysis.timed.nets import TimedNet
 from dineros.analysis.timed.search import ClassSearch
 
-Flags = NDArray[np.bool_]
-
 WAITING = -1
 """Label of an edge that fires nothing: time passes forever."""
-
-
-def holding(tree: Formula, evaluate: Callable[[Atom], Flags], size: int) -> Flags:
-    """Return where a boolean combination of atoms is true, given where each atom is.
-
-    Raises
-    ------
-    TypeError
-        There is a temporal operator.
-    """
-    values: dict[Formula, Flags] = {}
-    for part in tree.subformulas():
-        rows = [values[operand] for operand in part.operands]
-        match part:
-            case Constant(value):
-                values[part] = np.full(size, value)
-            case Atom():
-                values[part] = evaluate(part)
-            case Not():
-                values[part] = ~rows[0]
-            case And():
-                values[part] = np.logical_and.reduce(rows)
-            case Or():
-                values[part] = np.logical_or.reduce(rows)
-            case Implies():
-                values[part] = ~rows[0] | rows[1]
-            case Equivalent():
-                values[part] = rows[0] == rows[1]
-            case _:
-                raise TypeError(f"no condition on a marking: {part}")
-    return values[tree]
-
-
-def marked_so(net: TimedNet, condition: Linear | SomeEnabled, markings: Int64Array) -> Flags:
-    """Return by marking (a row) whether it has a property."""
-    if isinstance(condition, Linear):
-        sums = np.zeros(len(markings), dtype=np.int64)
-        for place, factor in condition.factors.items():
-            sums += factor * markings[:, place]
-        return np.asarray(OPERATORS[condition.operator](sums, condition.bound))  # type: ignore[arg-type]
-    some = np.zeros(len(markings), dtype=np.bool_)
-    for transition in condition.transitions:
-        some |= enabling(net.untimed, net, transition, markings)
-    return some
 
 
 @dataclass(frozen=True)
@@ -83,7 +27,6 @@ class TimedGraph:
 
     Attributes
     ----------
-    net : TimedNet
     marking_of : int64 array, shape (classes,)
         By class its marking, a row of `markings`.
     markings : int64 array, shape (markings, places)
@@ -114,7 +57,7 @@ class TimedGraph:
             fires[self.source[self.label != WAITING]] = True
             return ~fires
         if isinstance(condition, Linear | SomeEnabled):
-            return marked_so(self.net, condition, self.markings)[self.marking_of]
+            return holds(MarkingMatrix(self.net.untimed, self.markings), condition)[self.marking_of]
         raise TypeError(f"no property of a marking: {condition}")
 
     def fired(self, condition: SomeFired) -> Flags:
@@ -122,22 +65,32 @@ class TimedGraph:
         return np.isin(self.label, list(condition.transitions))
 
 
-def enabling(net: CompiledNet, timed: TimedNet, transition: int, markings: Int64Array) -> Flags:
-    """Return by marking whether it has enough tokens for a transition, and few enough for inhibitor arcs."""
-    held = np.ones(len(markings), dtype=np.bool_)
-    for place, weight in timed.test.row(transition):
-        held &= markings[:, place] >= weight
-    for place, weight in net.inhibitor.row(transition):
-        held &= markings[:, place] < weight
-    return held
+class EdgeWays:
+    """Shortest ways in a graph of numbered nodes.
 
+    Parameters
+    ----------
+    size : int
+        Number of nodes.
+    source, target : int64 arrays, shape (edges,)
+        The edges.
+    """
 
-def nothing_enabled(net: TimedNet, markings: Int64Array) -> Flags:
-    """Return by marking whether it enables nothing; further columns of other places are left out."""
-    some = np.zeros(len(markings), dtype=np.bool_)
-    for transition in range(len(net.untimed.transitions)):
-        some |= enabling(net.untimed, net, transition, markings)
-    return ~some
+    def __init__(self, size: int, source: Int64Array, target: Int64Array) -> None:
+        self._edges = np.argsort(source, kind="stable")
+        pointer = np.searchsorted(source[self._edges], np.arange(size + 1))
+        self._arcs = Arcs.of(pointer, target[self._edges].astype(np.int32))
+
+    def to(self, goals: Flags, start: int, allowed: Flags) -> tuple[list[int], int] | None:
+        """Return the edges of a shortest way over allowed nodes to a goal, and the goal; None without one."""
+        if goals[start]:
+            return [], start
+        nodes = self._arcs.path(start, allowed, goals)
+        return ([self._edge(*pair) for pair in pairwise(nodes)], nodes[-1]) if nodes else None
+
+    def _edge(self, source: int, target: int) -> int:
+        first, end = self._arcs.pointer[source : source + 2]
+        return int(self._edges[first + np.flatnonzero(self._arcs.targets[first:end] == target)[0]])
 
 
 def class_graph(net: TimedNet, kind: Kind = "W", budget: Budget = UNLIMITED) -> ClassGraph:
@@ -205,10 +158,8 @@ def first_classes(net: TimedNet, kind: Kind, budget: Budget, most: int | None) -
     budget.check_memory(search.memory_bytes + 6 * 8 * search.edges)
     marking_of, source, target, label = search.arrays()
     markings = search.markings()
-    waits = np.ones(len(markings), dtype=np.bool_)
-    for transition, interval in enumerate(net.intervals):
-        if interval.latest is not None:
-            waits &= ~enabling(net.untimed, net, transition, markings)
+    limited = [t for t, interval in enumerate(net.intervals) if interval.latest is not None]
+    waits = ~any_enabled(MarkingMatrix(net.untimed, markings), limited)
     waiting = np.flatnonzero(waits[marking_of])
     source = np.concatenate([source, waiting])
     target = np.concatenate([target, waiting])

@@ -31,7 +31,7 @@ def growing_loop(net: TimedNet, trace: Sequence[int]) -> Pumping | None:
     do not know them.
     """
     trace = trace[:MOST_FIRINGS]
-    weights = [w for table in (net.test, net.untimed.inhibitor) for w in table.weight.tolist()]
+    weights = [w for table in (net.untimed.pre, net.untimed.inhibitor) for w in table.weight.tolist()]
     most = max(weights, default=0)
     if net.has_priorities or most > MOST_WEIGHT:
         return None

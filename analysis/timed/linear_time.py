@@ -14,10 +14,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dineros.analysis.answers.budget import RAN_OUT, UNLIMITED, Budget, BudgetExceededError
 from dineros.analysis.answers.outcome import Outcome
@@ -42,13 +40,11 @@ from dineros.analysis.logic.language.syntax import (
 from dineros.analysis.logic.verdicts.verdict import ReplayError
 from dineros.analysis.nets.compiled import Int64Array
 from dineros.analysis.nets.graph_parts import numbered_parts
+from dineros.analysis.properties.predicates import Flags
 from dineros.analysis.timed.classes import Kind
 from dineros.analysis.timed.goals import find_timed
-from dineros.analysis.timed.graph import WAITING, Flags, TimedGraph, timed_graph
+from dineros.analysis.timed.graph import WAITING, EdgeWays, TimedGraph, timed_graph
 from dineros.analysis.timed.nets import TimedNet
-
-if TYPE_CHECKING:
-    from scipy.sparse import csr_array
 
 MOST_ATOMS = 62
 """Letters are bits of one word."""
@@ -72,8 +68,6 @@ def verify_timed_ltl(
         ``deadlock`` that nothing can fire any more.
     names
         What names stand for; by default places and transitions of the net.
-    budget
-        Limits.
     kind
         Which state classes; by default linear ones if there are no priorities.
 
@@ -180,7 +174,7 @@ class _Product:
         )
 
     def _join(self, source: Int64Array, target: Int64Array, letters: Int64Array) -> None:
-        """Make the edges of the product that start in states which can be reached."""
+        """Make the edges of the product."""
         states = self._states
         parts: list[tuple[Int64Array, Int64Array, Int64Array, Int64Array]] = []
         total = 0
@@ -203,26 +197,7 @@ class _Product:
             np.concatenate(column) if parts else np.zeros(0, dtype=np.int64)
             for column in (zip(*parts, strict=True) if parts else [[]] * 4)
         )
-        reached = self._reached()
-        kept = reached[self.source]
-        self.source, self.target = self.source[kept], self.target[kept]
-        self.edge, self.marks = self.edge[kept], self.marks[kept]
-
-    def _matrix(self) -> csr_array:
-        from scipy.sparse import csr_array
-
-        size = self._classes * self._states
-        return csr_array(
-            (np.ones(len(self.source), dtype=np.int8), (self.source, self.target)), shape=(size, size)
-        )
-
-    def _reached(self) -> Flags:
-        from scipy.sparse.csgraph import breadth_first_order
-
-        reached = np.zeros(self._classes * self._states, dtype=np.bool_)
-        order = breadth_first_order(self._matrix(), self._automaton.initial, return_predecessors=False)
-        reached[order] = True
-        return reached
+        self._ways = EdgeWays(self._classes * states, self.source, self.target)
 
     def accepted(self) -> _LassoRun | None:
         """Return an accepted run, or None if there is none."""
@@ -234,72 +209,36 @@ class _Product:
         np.bitwise_or.at(found, component[self.source[inside]], self.marks[inside])
         has_edge[component[self.source[inside]]] = True
         accepting = has_edge & (found == self._automaton.all_marks)
-        if not accepting.any():
+        way = self._ways.to(accepting[component], self._automaton.initial, np.ones(size, dtype=np.bool_))
+        if way is None:
             return None
-        is_goal = accepting[component]
-        stem, start = self._path(self._automaton.initial, is_goal, np.ones(len(self.source), dtype=np.bool_))
-        return _LassoRun(self._graph, tuple(stem), tuple(self._loop(start, component)))
+        stem, start = way
+        loop = self._loop(start, component == component[start])
+        return _LassoRun(self._graph, *(tuple(self.edge[edges].tolist()) for edges in (stem, loop)))
 
-    def _loop(self, start: int, component: NDArray[np.integer[Any]]) -> list[int]:
+    def _loop(self, start: int, allowed: Flags) -> list[int]:
         """Return edges from a state of an accepting component back to it that carry all marks."""
-        inside = (component[self.source] == component[start]) & (component[self.target] == component[start])
+        inside = allowed[self.source] & allowed[self.target]
         edges: list[int] = []
         missing, at = self._automaton.all_marks, start
-        while missing:
+        while missing or not edges:
             # A shortest way to an edge with a mark that is missing, and over it.
-            wanted = np.flatnonzero(inside & ((self.marks & missing) != 0))
-            goals = np.zeros(len(component), dtype=np.bool_)
-            goals[self.source[wanted]] = True
-            way, at = self._path(at, goals, inside)
+            wanted = np.flatnonzero(inside & ((self.marks & missing) != 0) if missing else inside)
+            way, at = self._way(self.source[wanted], at, allowed)
             over = int(next(edge for edge in wanted if self.source[edge] == at))
-            edges += [*way, int(self.edge[over])]
+            edges += [*way, over]
             missing &= ~int(self.marks[over])
             at = int(self.target[over])
-        if not edges or at != start:
-            goals = np.zeros(len(component), dtype=np.bool_)
-            goals[start] = True
-            if not edges:
-                over = int(np.flatnonzero(inside & (self.source == start))[0])
-                edges, at = [int(self.edge[over])], int(self.target[over])
-            way, _ = self._path(at, goals, inside)
-            edges += way
-        return edges
+        return edges + self._way(start, at, allowed)[0]
 
-    def _path(
-        self,
-        start: int,
-        goals: np.ndarray[tuple[int, ...], np.dtype[np.bool_]],
-        allowed: np.ndarray[tuple[int, ...], np.dtype[np.bool_]],
-    ) -> tuple[list[int], int]:
-        """Return the edges of a shortest path to a goal, and the goal."""
-        if goals[start]:
-            return [], start
-        rows = np.flatnonzero(allowed)
-        rows = rows[np.argsort(self.source[rows], kind="stable")]
-        sources = self.source[rows]
-        before: dict[int, int] = {start: -1}
-        level = [start]
-        while level:
-            after = []
-            for state in level:
-                for at in range(*np.searchsorted(sources, [state, state + 1])):
-                    target = int(self.target[rows[at]])
-                    if target in before:
-                        continue
-                    before[target] = int(rows[at])
-                    if goals[target]:
-                        return self._back(before, start, target), target
-                    after.append(target)
-            level = after
-        raise ReplayError("a goal that can be reached is not reached")
-
-    def _back(self, before: dict[int, int], start: int, end: int) -> list[int]:
-        edges, at = [], end
-        while at != start:
-            row = before[at]
-            edges.append(int(self.edge[row]))
-            at = int(self.source[row])
-        return edges[::-1]
+    def _way(self, goals: int | Int64Array, start: int, allowed: Flags) -> tuple[list[int], int]:
+        """Return the edges of a shortest way to one of some states of the same component, and that state."""
+        is_goal = np.zeros(len(allowed), dtype=np.bool_)
+        is_goal[goals] = True
+        way = self._ways.to(is_goal, start, allowed)
+        if way is None:
+            raise ReplayError("a goal that can be reached is not reached")
+        return way
 
 
 def _check(graph: TimedGraph, tree: Formula, atoms: BoundAtoms, run: _LassoRun) -> None:

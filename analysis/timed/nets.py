@@ -98,9 +98,8 @@ class TimedNet:
     untimed : CompiledNet
         The same net without its times: names, initial marking, inhibitor arcs, and a read arc as a pair of
         arcs.
-    take, put, test : ArcTable
-        By transition: tokens taken, tokens put, and tokens that must be there (of arcs that take and that
-        read together).
+    take, put : ArcTable
+        By transition: tokens taken, and tokens put. Those that must be there are ``untimed.pre``.
     intervals : tuple of Interval
         By transition.
     above : tuple of tuples of int
@@ -110,7 +109,6 @@ class TimedNet:
     untimed: CompiledNet
     take: ArcTable
     put: ArcTable
-    test: ArcTable
     intervals: tuple[Interval, ...]
     above: tuple[tuple[int, ...], ...] = field(default=())
 
@@ -140,21 +138,23 @@ class TimedNet:
         """
         untimed = CompiledNet.build(places, transitions)
         index = {name: position for position, name in enumerate(places)}
-        take: list[dict[int, int]] = []
-        put: list[dict[int, int]] = []
-        test: list[dict[int, int]] = []
-        for one in transitions:
-            taken, needed = ({index[p]: w for p, w in row.items()} for row in (one.inputs, one.inputs))
-            for place, weight in one.reads.items():
-                needed[index[place]] = needed.get(index[place], 0) + weight
-            take.append(taken)
-            put.append({index[p]: w for p, w in one.outputs.items()})
-            test.append(needed)
-        tables = [ArcTable.from_rows(rows) for rows in (take, put, test)]
+        take, put = (
+            ArcTable.from_rows([{index[p]: w for p, w in row.items()} for row in rows])
+            for rows in ([one.inputs for one in transitions], [one.outputs for one in transitions])
+        )
         names = {name: t for t, name in enumerate(untimed.transitions)}
         above = _closed([(names[high], names[low]) for high, low in priorities], len(names))
         given = tuple(intervals.get(name, Interval()) for name in untimed.transitions)
-        return cls(untimed, tables[0], tables[1], tables[2], given, above)
+        return cls(untimed, take, put, given, above)
+
+    def by_names(self) -> tuple[dict[str, int], list[Transition]]:
+        """Return the places with their tokens, and the transitions, in the form of `build`."""
+        names, (tokens, rows) = self.untimed.places, self.untimed.by_names()
+        for t, row in enumerate(rows):
+            take, put = ({names[p]: w for p, w in table.row(t)} for table in (self.take, self.put))
+            reads = {p: w - take.get(p, 0) for p, w in row.inputs.items() if w > take.get(p, 0)}
+            rows[t] = row._replace(inputs=take, outputs=put, reads=reads)
+        return tokens, rows
 
     @property
     def has_times(self) -> bool:

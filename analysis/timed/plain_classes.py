@@ -13,7 +13,6 @@ from fractions import Fraction
 from typing import TypeAlias
 
 from dineros.analysis.timed.nets import TimedNet
-from dineros.analysis.timed.schedules import is_enabled
 
 Bound: TypeAlias = tuple[Fraction, bool] | None
 """A difference is at most so much, or less where the flag is set; None: there is no bound."""
@@ -93,7 +92,7 @@ class PlainClass:
         kept = {
             t: index
             for index, t in enumerate(self.enabled, 1)
-            if t != fired and is_enabled(net, t, between) and is_enabled(net, t, marking)
+            if t != fired and net.untimed.is_enabled(t, between) and net.untimed.is_enabled(t, marking)
         }
         enabled = enabled_in(net, marking)
         return PlainClass(tuple(marking), enabled, _joined(net, enabled, kept, (closed, first)))
@@ -101,7 +100,7 @@ class PlainClass:
 
 def enabled_in(net: TimedNet, marking: Sequence[int]) -> tuple[int, ...]:
     """Return the transitions that have their tokens."""
-    return tuple(t for t in range(len(net.untimed.transitions)) if is_enabled(net, t, marking))
+    return tuple(t for t in range(len(net.untimed.transitions)) if net.untimed.is_enabled(t, marking))
 
 
 def classes_along(net: TimedNet, trace: Sequence[int]) -> Iterator[PlainClass]:

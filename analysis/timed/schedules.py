@@ -30,7 +30,6 @@ class ScheduledFiring:
 
     Attributes
     ----------
-    transition : int
     at : Fraction
         Its time in the schedule that was chosen: each firing as early as it can, counted from the start.
     earliest : Fraction
@@ -53,7 +52,6 @@ class Gap:
     ----------
     source, target : int
         Firings, counted from 1; 0 is the start.
-    least : Fraction
     is_strict : bool
         Whether it is more than `least`.
     """
@@ -175,22 +173,17 @@ def _bounds(net: TimedNet, trace: Sequence[int]) -> list[Gap]:
                 bounds.append(Gap(number, start, -interval.earliest, not interval.is_open_below))
         for place, weight in net.take.row(fired):
             marking[place] -= weight
-        going_on = {t: start for t, start in since.items() if t != fired and is_enabled(net, t, marking)}
+        going_on = {
+            t: start for t, start in since.items() if t != fired and net.untimed.is_enabled(t, marking)
+        }
         for place, weight in net.put.row(fired):
             marking[place] += weight
         since = {t: going_on.get(t, number) for t in _enabled(net, marking)}
     return bounds
 
 
-def is_enabled(net: TimedNet, transition: int, marking: Sequence[int]) -> bool:
-    """Whether a marking has enough tokens for a transition, and few enough for its inhibitor arcs."""
-    return all(marking[place] >= weight for place, weight in net.test.row(transition)) and all(
-        marking[place] < weight for place, weight in net.untimed.inhibitor.row(transition)
-    )
-
-
 def _enabled(net: TimedNet, marking: Sequence[int]) -> list[int]:
-    return [t for t in range(len(net.untimed.transitions)) if is_enabled(net, t, marking)]
+    return [t for t in range(len(net.untimed.transitions)) if net.untimed.is_enabled(t, marking)]
 
 
 def _longest(size: int, arcs: Sequence[tuple[int, int, int]]) -> list[int | None] | None:

@@ -53,6 +53,23 @@ MAPPED_SHARE = 0.4
 """Share of the address space left that all tables together may map."""
 
 
+def next_slice(size: int, began: float, largest: int) -> int:
+    """Return how much the next call of a kernel does, so that it takes about `CALL_SECONDS`."""
+    factor = CALL_SECONDS / max(time.perf_counter() - began, 1e-6)
+    return int(max(1, min(largest, size * min(4.0, max(0.25, factor)))))
+
+
+def limit_hit(budget: Budget, classes: int, memory_bytes: int) -> str | None:
+    """Report the progress of a search; return the limit that it has hit."""
+    if budget.progress is not None:
+        budget.progress(Progress("states", classes, memory_bytes))
+    if budget.is_over:
+        return "time"
+    if memory_bytes > budget.memory:
+        return "memory"
+    return "states" if budget.states is not None and classes >= budget.states else None
+
+
 class ClassSearch:
     """A search through the state classes of a net; `run` goes through with it.
 
@@ -200,15 +217,15 @@ class ClassSearch:
                 else:
                     began = time.perf_counter()
                     status = self._explore(self._slice(size))
-                    factor = CALL_SECONDS / max(time.perf_counter() - began, 1e-6)
                     if status == DONE:
                         self.is_done = not self._has_too_many()
                         self.reason = None if self.is_done else "states"
                         return
                     if status == GOES_ON:
-                        size = int(max(1, min(LARGEST_SLICE, size * min(4.0, max(0.25, factor)))))
+                        size = next_slice(size, began, LARGEST_SLICE)
                 self._answer(status)
-                self._look()
+                limit = limit_hit(self.budget, self.classes, self.memory_bytes)
+                self.reason = self.reason or limit
                 if is_met is not None and is_met():
                     return
         except KeyboardInterrupt:  # who watches over the time asks a search to end in this way, too
@@ -256,17 +273,6 @@ class ClassSearch:
             self.reason = "memory"
         elif status == TOO_MANY_TOKENS:
             self.reason = "tokens"
-
-    def _look(self) -> None:
-        budget, control = self.budget, self.known.control
-        if budget.progress is not None:
-            budget.progress(Progress("states", int(control[CLASSES]), self.memory_bytes))
-        if self.reason is None and budget.is_over:
-            self.reason = "time"
-        elif self.reason is None and self.memory_bytes > budget.memory:
-            self.reason = "memory"
-        elif self.reason is None and budget.states is not None and control[CLASSES] >= budget.states:
-            self.reason = "states"
 
     def _has_too_many(self) -> bool:
         return self.budget.states is not None and self.classes > self.budget.states

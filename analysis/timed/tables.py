@@ -181,7 +181,7 @@ def net_tables(net: TimedNet) -> NetTables:
     """
     lower, upper = net.scaled()
     above = ArcTable.from_rows([dict.fromkeys(row, 1) for row in net.above])
-    take, put, test, inhibitor = net.take, net.put, net.test, net.untimed.inhibitor
+    take, put, test, inhibitor = net.take, net.put, net.untimed.pre, net.untimed.inhibitor
     return NetTables(
         *(take.pointer, take.place, take.weight),
         *(put.pointer, put.place, put.weight),

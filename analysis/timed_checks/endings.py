@@ -93,7 +93,7 @@ def _quiet(
         if name in ids:
             continue
         enabled = np.ones(len(markings), dtype=np.bool_)
-        for place, weight in net.test.row(transition):
+        for place, weight in net.untimed.pre.row(transition):
             if place not in of_signals:
                 enabled &= markings[:, place] >= weight
         for place, weight in net.untimed.inhibitor.row(transition):

@@ -11,8 +11,9 @@ from dineros.analysis.checks.question import Checked, Question
 from dineros.analysis.checks.unused import TRANSITION
 from dineros.analysis.nets.compiled import Int64Array
 from dineros.analysis.nets.graph_parts import numbered_parts
+from dineros.analysis.properties.predicates import MarkingMatrix, enabled
 from dineros.analysis.timed.exploring import Explored, Trace
-from dineros.analysis.timed.graph import enabling, timed_graph
+from dineros.analysis.timed.graph import timed_graph
 from dineros.analysis.timed.nets import TimedNet
 from dineros.analysis.timed_checks import faults
 from dineros.analysis.timed_checks.timed_checked import TimedChecked, with_times
@@ -155,7 +156,7 @@ def _moves(net: TimedNet, markings: Int64Array) -> Edges:
         change = np.zeros(markings.shape[1], dtype=np.int64)
         for place, tokens in net.untimed.delta[t].items():
             change[place] = tokens
-        for row in np.flatnonzero(enabling(net.untimed, net, t, markings)).tolist():
+        for row in np.flatnonzero(enabled(MarkingMatrix(net.untimed, markings), t)).tolist():
             target = row_of.get((markings[row] + change).tobytes())
             if target is not None:  # of a search that ended early, not all are known
                 sources.append(row)

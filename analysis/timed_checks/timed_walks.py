@@ -16,7 +16,6 @@ from random import Random
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.timed.exploring import Trace
 from dineros.analysis.timed.nets import TimedNet
-from dineros.analysis.timed.schedules import is_enabled
 
 RUNS = 24
 """Runs that are drawn."""
@@ -64,10 +63,9 @@ class TimedRun:
             )
         self._lookers: list[list[int]] = [[] for _ in net.untimed.places]
         for transition in range(self.transitions):
-            rows = (*net.test.row(transition), *net.untimed.inhibitor.row(transition))
-            for place in {place for place, _ in rows}:
+            for place in net.untimed.tested(transition):
                 self._lookers[place].append(transition)
-        self._since = {t: 0 for t in range(self.transitions) if is_enabled(net, t, self.marking)}
+        self._since = {t: 0 for t in range(self.transitions) if net.untimed.is_enabled(t, self.marking)}
 
     @property
     def is_over(self) -> bool:
@@ -135,7 +133,7 @@ class TimedRun:
             marking[place] -= weight
         looked = {t for place in touched for t in self._lookers[place]}
         for transition in looked:
-            if transition in self._since and not is_enabled(net, transition, marking):
+            if transition in self._since and not net.untimed.is_enabled(transition, marking):
                 del self._since[transition]
         for place, weight in net.put.row(chosen):
             marking[place] += weight
@@ -145,7 +143,7 @@ class TimedRun:
     def _restart(self, fired: int) -> None:
         self._since.pop(fired, None)
         for transition in (*self._looked, fired):
-            if not is_enabled(self._net, transition, self.marking):
+            if not self._net.untimed.is_enabled(transition, self.marking):
                 self._since.pop(transition, None)
             elif transition not in self._since:
                 self._since[transition] = self.now
@@ -229,14 +227,14 @@ def _rivals(net: TimedNet, wanted: int) -> set[int]:
     it what else it needs.
     """
     rivals: set[int] = set()
-    needed = {place for place, _ in net.test.row(wanted)}
+    needed = {place for place, _ in net.untimed.pre.row(wanted)}
     takers = {t for t in range(len(net.intervals)) for place, _ in net.take.row(t) if place in needed}
     seen = {wanted}
     for _ in range(RIVAL_STEPS):
         takers -= seen
         seen |= takers
         rivals |= {t for t in takers if net.intervals[t].latest is None}
-        needs = {p for t in takers - rivals for p, _ in net.test.row(t)} - needed
+        needs = {p for t in takers - rivals for p, _ in net.untimed.pre.row(t)} - needed
         takers = {t for t in range(len(net.intervals)) for place, _ in net.put.row(t) if place in needs}
     return rivals
 

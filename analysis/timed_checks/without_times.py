@@ -93,9 +93,9 @@ def _most_in_time(net: TimedNet, timed: TimedNet, loose: Relaxed, budget: Budget
 
 def _of_signals(net: TimedNet, timed: TimedNet) -> frozenset[int]:
     """Return the transitions that signals may keep from firing, by their numbers without signals."""
-    needs = {name: len(net.test.row(t)) for t, name in enumerate(net.untimed.transitions)}
+    needs = {name: len(net.untimed.pre.row(t)) for t, name in enumerate(net.untimed.transitions)}
     names = timed.untimed.transitions
-    return frozenset(t for t, name in enumerate(names) if needs.get(name) != len(timed.test.row(t)))
+    return frozenset(t for t, name in enumerate(names) if needs.get(name) != len(timed.untimed.pre.row(t)))
 
 
 def _proved(

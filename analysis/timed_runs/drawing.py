@@ -44,7 +44,7 @@ class DrawnRun:
         count = len(untimed.transitions)
         self._take = [net.take.row(t) for t in range(count)]
         self._put = [net.put.row(t) for t in range(count)]
-        self._test = [net.test.row(t) for t in range(count)]
+        self._test = [net.untimed.pre.row(t) for t in range(count)]
         self._inhibit = [untimed.inhibitor.row(t) for t in range(count)]
         self._bounds = [
             (float(each.earliest), None if each.latest is None else float(each.latest))

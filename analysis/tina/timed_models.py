@@ -42,7 +42,7 @@ def to_timed_model(net: TimedNet, id: str, unit: Fraction | None = None) -> pn.N
         taken = dict(net.take.row(number))
         for place, weight in taken.items():
             flow(places[place], transition, weight=weight)
-        for place, weight in net.test.row(number):
+        for place, weight in net.untimed.pre.row(number):
             if weight > taken.get(place, 0):
                 read(places[place], transition, weight - taken.get(place, 0))
         for place, weight in net.untimed.inhibitor.row(number):

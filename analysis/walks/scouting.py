@@ -7,6 +7,7 @@ lie between; it is a long one as a rule, and is shortened before anybody reads i
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from functools import partial
 from math import inf
 
 import numpy as np
@@ -35,11 +36,6 @@ MOST_TOKENS = 1_000_000
 
 class Scout:
     """Walks through a net, each from the initial marking.
-
-    Parameters
-    ----------
-    net : CompiledNet
-        The net.
 
     Attributes
     ----------
@@ -145,14 +141,8 @@ def short_way(net: CompiledNet, way: Sequence[int]) -> tuple[int, ...]:
         # Most firings of a long walk have nothing to do with the last one; trying to remove them takes long.
         needed = CausalPast(small, [*before, last]).of((), [len(before)])
         before = [before[position] for position in needed[:-1]]
-    needs, inhibitors = small.pre.row(last), small.inhibitor.row(last)
-
-    def is_there(marking: list[int]) -> bool:
-        return all(marking[p] >= weight for p, weight in needs) and all(
-            marking[p] < weight for p, weight in inhibitors
-        )
-
-    return (*part.outside(shortened(small, before, is_there, SHORTENING)), way[-1])
+    short = shortened(small, before, partial(small.is_enabled, last), SHORTENING)
+    return (*part.outside(short), way[-1])
 
 
 def _tokens_of(net: CompiledNet, way: Sequence[int]) -> int:

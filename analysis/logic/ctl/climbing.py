@@ -8,8 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from dineros.analysis.logic.verdicts.verdict import Marking, moves
+from dineros.analysis.logic.verdicts.verdict import Marking
 from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.nets.witness import moves
 
 #: Number of markings examined between two such firings, before another search is better.
 MOST_MARKINGS = 2_000

@@ -24,9 +24,10 @@ from dineros.analysis.logic.ctl.climbing import climb
 from dineros.analysis.logic.ctl.state_sets import Run
 from dineros.analysis.logic.language.atoms import BoundAtoms, Linear, NoneEnabled, SomeEnabled
 from dineros.analysis.logic.language.syntax import Atom, Exists, Formula, Globally, Next, Until
-from dineros.analysis.logic.verdicts.verdict import Marking, ReplayError, fired, moves, replayed
+from dineros.analysis.logic.verdicts.verdict import Marking, ReplayError, fired, replayed
 from dineros.analysis.nets.repetition import repeatable_transitions
 from dineros.analysis.nets.shortening import shortened
+from dineros.analysis.nets.witness import moves
 from dineros.analysis.symbolic.engine import SymbolicStateSpace
 from dineros.analysis.symbolic.vector_sets import Scope, VectorSets
 
@@ -36,8 +37,6 @@ class SymbolicSets:
 
     Parameters
     ----------
-    space : SymbolicStateSpace
-        The complete state space.
     atoms : BoundAtoms, optional
         The atoms that may be evaluated; without it, there are none.
     budget : Budget, optional
@@ -226,7 +225,7 @@ class SymbolicSets:
         boxes = [
             {k: [j >= 0 for j in table] for k, table in event.tables.items()}
             for event in self.space.encoding.events
-            if all(j in (-1, i) for table in event.tables.values() for i, j in enumerate(table))
+            if not event.is_change
         ]
         idle = self.complement(self.sets.without_boxes(self.everything, boxes))
         return self.union(self._deadlocks, idle)

@@ -8,17 +8,23 @@ from typing import ClassVar
 
 from dineros.analysis.logic.language.names import Names, resolved
 from dineros.analysis.logic.language.syntax import (
+    FALSE,
     OPERATORS,
+    TRUE,
+    And,
     Atom,
     Comparison,
+    ComparisonOperator,
     Constant,
     Deadlock,
     Enabled,
     Fired,
     Formula,
+    Name,
+    Or,
     SignalTrue,
 )
-from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.nets.compiled import ArcTable, CompiledNet
 
 
 @dataclass(frozen=True)
@@ -59,8 +65,6 @@ class Combined:
 
     Attributes
     ----------
-    parts : tuple of Condition
-        The conditions.
     program : tuple of int
         Postfix form: numbers of parts, and the negative codes of this class for operations.
     """
@@ -142,3 +146,25 @@ def _condition(atom: Atom, names: Names) -> Condition:
         case Deadlock():
             return NoneEnabled()
     raise TypeError(f"unknown atom: {atom}")
+
+
+def as_comparisons(net: CompiledNet, condition: Condition) -> Formula | None:
+    """Return a condition as comparisons of tokens; None: it cannot be expressed."""
+    match condition:
+        case Linear(factors, symbol, bound) if factors:
+            terms = tuple((factor, Name(net.places[p])) for p, factor in factors.items())
+            return Comparison(terms, symbol, bound)  # type: ignore[arg-type]
+        case SomeEnabled(transitions):
+            some = tuple(_enabling(net, t) for t in sorted(transitions))
+            return FALSE if not some else some[0] if len(some) == 1 else Or(some)
+    return None
+
+
+def _enabling(net: CompiledNet, transition: int) -> Formula:
+    kinds: tuple[tuple[ComparisonOperator, ArcTable], ...] = ((">=", net.pre), ("<", net.inhibitor))
+    rows = tuple(
+        Comparison(((1, Name(net.places[place])),), operator, weight)
+        for operator, table in kinds
+        for place, weight in table.row(transition)
+    )
+    return TRUE if not rows else rows[0] if len(rows) == 1 else And(rows)

@@ -86,24 +86,15 @@ def _of_condition(net: CompiledNet, condition: Condition, is_positive: bool) -> 
             relation = _RELATIONS[symbol]
             return [(Comparison(factors, relation if is_positive else _OPPOSITE[relation], number),)]
         case SomeEnabled(transitions):
-            rows = [_enabling(net, t) for t in sorted(transitions)]
+            rows = Goal.enabled(net, *sorted(transitions)).alternatives(net)
             if is_positive:
                 return rows
             # For each transition, one condition is violated.
             return _product([[(_negated(c),) for c in row] for row in rows])
         case NoneEnabled() if not is_positive:
-            return [_enabling(net, t) for t in range(len(net.transitions))]
+            return Goal.enabled(net, *range(len(net.transitions))).alternatives(net)
     raise _TooManyError
 
 
 def _negated(comparison: Comparison) -> Comparison:
     return comparison._replace(relation=_OPPOSITE[comparison.relation])
-
-
-def _enabling(net: CompiledNet, transition: int) -> _Conjunction:
-    """Return the condition that enables a transition."""
-    needs = [Comparison({place: 1}, ">=", weight) for place, weight in net.pre.row(transition)]
-    return (
-        *needs,
-        *(Comparison({place: 1}, "<", weight) for place, weight in net.inhibitor.row(transition)),
-    )

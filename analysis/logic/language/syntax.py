@@ -73,6 +73,13 @@ class Formula:
             return type(self)(operands)
         return type(self)(*operands)
 
+    def replaced(self, new: Callable[[Formula], Formula | None]) -> Formula:
+        """Return the formula with some parts replaced; None keeps the operator of a part."""
+        made: dict[Formula, Formula] = {}
+        for part in self.subformulas():
+            made[part] = new(part) or part.with_operands(tuple(made[operand] for operand in part.operands))
+        return made[self]
+
 
 @dataclass(frozen=True)
 class Name:
@@ -118,8 +125,6 @@ class Comparison(Atom):
     ----------
     terms : tuple of (int, Name)
         Factors, none of them 0, and names, each at most once.
-    operator : str
-    bound : int
     """
 
     terms: tuple[tuple[int, Name], ...]

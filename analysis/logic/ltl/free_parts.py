@@ -26,6 +26,7 @@ from dineros.analysis.logic.language.names import LimitedNames, Names
 from dineros.analysis.logic.language.patience import is_patient
 from dineros.analysis.logic.language.syntax import Formula
 from dineros.analysis.nets.compiled import CompiledNet, Transition
+from dineros.analysis.nets.graph_parts import representatives
 
 LARGEST_PART = 64
 """Maximum number of markings of a free part."""
@@ -78,7 +79,6 @@ class FreePart:
 
     Attributes
     ----------
-    places, movers : tuple of int
     outside : mapping
         Mover -> its conditions on other places.
     graph : mapping
@@ -195,7 +195,7 @@ class _Walk:
             self._drive(self._tested(transition)[0], transition, False)
 
     def _tested(self, transition: int) -> list[FreePart]:
-        touched = _looked_at(self._net, transition)
+        touched = self._net.tested(transition)
         return [part for part in self._smaller.parts if touched.intersection(part.places)]
 
     def _drive(self, part: FreePart, transition: int, is_to_hold: bool) -> None:
@@ -240,24 +240,14 @@ def _free_parts(
 
 def _candidates(net: CompiledNet, bound: BoundAtoms, fair: Collection[int]) -> Iterable[FreePart | None]:
     """Yield sets of places that are changed together, by unobserved transitions without fairness."""
-    leader = list(range(len(net.places)))
-
-    def find(place: int) -> int:
-        while leader[place] != place:
-            leader[place] = leader[leader[place]]
-            place = leader[place]
-        return place
-
-    for change in net.delta:
-        for place in change:
-            leader[find(place)] = find(next(iter(change)))
+    leader = representatives(range(len(net.places)), map(list, net.delta))
     members: dict[int, list[int]] = {}
-    for place in range(len(net.places)):
-        members.setdefault(find(place), []).append(place)
+    for place, home in leader.items():
+        members.setdefault(home, []).append(place)
     movers: dict[int, list[int]] = {}
     for t, change in enumerate(net.delta):
         if change:
-            movers.setdefault(find(next(iter(change))), []).append(t)
+            movers.setdefault(leader[next(iter(change))], []).append(t)
     observed: set[int] = set()
     watched: set[int] = set(fair)
     for condition in bound.conditions.values():
@@ -266,18 +256,13 @@ def _candidates(net: CompiledNet, bound: BoundAtoms, fair: Collection[int]) -> I
                 observed.update(factors)
             case SomeEnabled(transitions):
                 watched |= transitions
-                observed.update(*(_looked_at(net, t) for t in transitions))
+                observed.update(*(net.tested(t) for t in transitions))
             case SomeFired(transitions):
                 watched |= transitions
     for home, places in members.items():
         inside = movers.get(home, [])
         if inside and observed.isdisjoint(places) and watched.isdisjoint(inside):
             yield _part(net, tuple(places), tuple(inside))
-
-
-def _looked_at(net: CompiledNet, transition: int) -> set[int]:
-    """Return the places that affect whether a transition is enabled."""
-    return {place for arcs in (net.pre, net.inhibitor) for place, _ in arcs.row(transition)}
 
 
 def _part(net: CompiledNet, places: tuple[int, ...], movers: tuple[int, ...]) -> FreePart | None:
@@ -320,7 +305,7 @@ def _is_free(
             return False
     inside, movers = set(part.places), set(part.movers)
     for t in range(len(net.transitions)):
-        if t in movers or _looked_at(net, t).isdisjoint(inside):
+        if t in movers or net.tested(t).isdisjoint(inside):
             continue
         if t in strongly:
             return False
@@ -373,7 +358,7 @@ def _smaller(
                 # The mover's name, which is free now.
                 add(net.transitions[mover], needs, needs.inputs, None)
     smaller = CompiledNet.build({net.places[p]: int(net.initial[p]) for p in kept}, transitions)
-    tested = {t for t in range(len(net.transitions)) if not free.isdisjoint(_looked_at(net, t))}
+    tested = {t for t in range(len(net.transitions)) if not free.isdisjoint(net.tested(t))}
     return Smaller(
         net,
         tuple(parts),

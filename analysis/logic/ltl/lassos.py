@@ -81,7 +81,8 @@ class _Finder:
     ) -> tuple[list[int], int]:
         """Return the labels of a shortest path of at least one edge to a goal, and its last state."""
         self.parents.fill(-1)
-        source = self._run(shortest_path, start, allowed, goal, wanted)
+        tables = self.parents, self.labels, self.queue, self.targets, self.new_labels
+        source = int(shortest_path(*self.product.parts, start, allowed, goal, wanted, *tables))
         assert source >= 0, "the states of a component reach each other"
         end, last = int(self.new_labels[-2]), int(self.new_labels[-1])
         self.passed = [end]
@@ -91,22 +92,6 @@ class _Finder:
             steps.append(int(self.labels[state]))
             state = int(self.parents[state])
         return steps[::-1], end
-
-    def _run(self, kernel: object, start: int, *arguments: object) -> int:
-        product = self.product
-        assert callable(kernel)
-        return int(
-            kernel(
-                *product.parts,
-                start,
-                *arguments,
-                self.parents,
-                self.labels,
-                self.queue,
-                self.targets,
-                self.new_labels,
-            )
-        )
 
     def state_marks(self, state: int) -> NDArray[np.int64]:
         """Return the marks of weakly fair transitions disabled in a state."""
@@ -139,10 +124,4 @@ class _Finder:
     def _expand(self, state: int) -> None:
         product = self.product
         product.store.counters[MAY_ADD] = 0
-        expand(
-            *product.parts,
-            state,
-            self.targets,
-            self.new_labels,
-            0,
-        )
+        expand(*product.parts, state, self.targets, self.new_labels, 0)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 from dineros.analysis.answers.outcome import Outcome as Verdict
 from dineros.analysis.logic.language.atoms import BoundAtoms, Linear, Step
 from dineros.analysis.logic.language.semantics import holds_on_lasso
 from dineros.analysis.logic.language.syntax import Formula
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.nets.witness import FiringRows
+from dineros.analysis.nets.witness import moves
 
 Marking = tuple[int, ...]
 
@@ -21,7 +21,6 @@ __all__ = [
     "Verdict",
     "check_counterexample",
     "fired",
-    "moves",
     "replayed",
     "settled",
     "unfair_to",
@@ -72,15 +71,6 @@ def fired(net: CompiledNet, marking: Marking, transitions: Sequence[int]) -> tup
         steps.append(Step(marking, transition))
         marking = tuple(net.fire(transition, marking))
     return steps, marking
-
-
-def moves(net: CompiledNet, marking: Marking) -> Iterator[tuple[int, Marking]]:
-    """Yield the transitions that a marking enables, each with the marking after it."""
-    rows = net.once(FiringRows)
-    for transition in rows.enabled(marking):
-        after = list(marking)
-        rows.fire(transition, after)
-        yield transition, tuple(after)
 
 
 def settled(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.answers.outcome import Outcome
@@ -142,16 +143,4 @@ def search(
 
 def way_without_detours(net: CompiledNet, goal: Goal, trace: Sequence[int]) -> tuple[int, ...]:
     """Remove firings from a trace that the goal does not need."""
-    if len(goal.transitions) == 1:
-        needs, inhibitors = net.pre.row(goal.transitions[0]), net.inhibitor.row(goal.transitions[0])
-
-        def is_goal(marking: list[int]) -> bool:
-            return all(marking[place] >= weight for place, weight in needs) and all(
-                marking[place] < weight for place, weight in inhibitors
-            )
-    else:
-
-        def is_goal(marking: list[int]) -> bool:
-            return goal.holds(net, marking)
-
-    return shortened(net, trace, is_goal)
+    return shortened(net, trace, partial(goal.holds, net))

@@ -19,7 +19,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from dineros.analysis.symbolic.levels import Encoding, Level, LocalEvent
+from dineros.analysis.nets.graph_parts import representatives
+from dineros.analysis.symbolic.levels import Encoding, Level, LocalEvent, changes
 
 #: Local states that a component may have: the work of a node grows with them.
 MOST_STATES = 512
@@ -37,7 +38,6 @@ class Joined:
 
     Attributes
     ----------
-    encoding : Encoding
     components : tuple of int
         Its levels that several levels were joined to.
     """
@@ -146,24 +146,10 @@ def components_without_shared(encoding: Encoding, fewest: int) -> list[tuple[int
 
 def _connected(size: int, pairs: Iterable[tuple[int, int]]) -> list[tuple[int, ...]]:
     """Return the groups of levels that pairs connect."""
-    root = list(range(size))
-
-    def root_of(level: int) -> int:
-        while root[level] != level:
-            root[level] = level = root[root[level]]
-        return level
-
-    for one, other in pairs:
-        root[root_of(one)] = root_of(other)
     groups: defaultdict[int, list[int]] = defaultdict(list)
-    for level in range(size):
-        groups[root_of(level)].append(level)
+    for level, first in representatives(range(size), pairs).items():
+        groups[first].append(level)
     return sorted(map(tuple, groups.values()))
-
-
-def changes(table: Sequence[int]) -> bool:
-    """Return whether a table changes a local state."""
-    return any(j not in (-1, i) for i, j in enumerate(table))
 
 
 def _reached(initial: Vector, moves: Sequence[Part]) -> list[Vector] | None:

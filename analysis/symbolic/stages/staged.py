@@ -28,12 +28,11 @@ from dineros.analysis.symbolic.counting import DiagramCounts
 from dineros.analysis.symbolic.kernels import diagrams as store
 from dineros.analysis.symbolic.kernels import saturation as machine
 from dineros.analysis.symbolic.level_starts import first_start
-from dineros.analysis.symbolic.levels import Encoding, LocalEvent
+from dineros.analysis.symbolic.levels import Encoding, LocalEvent, changes
 from dineros.analysis.symbolic.relations import EventTables, Relations
 from dineros.analysis.symbolic.saturation import FIRST_CLOSED_KEY, Diagram, DiagramMemoryError
 from dineros.analysis.symbolic.stages.joining import (
     Joined,
-    changes,
     components,
     components_without_shared,
     joined,
@@ -134,7 +133,7 @@ def _events_of_stages(parts: Joined, order: list[int]) -> list[list[LocalEvent]]
     stages: defaultdict[int, list[LocalEvent]] = defaultdict(list)
     for event in parts.encoding.events:
         moved = {stage_of[k] for k, table in event.tables.items() if k in stage_of and changes(table)}
-        if not moved and not any(changes(table) for table in event.tables.values()):
+        if not moved and not event.is_change:
             continue
         moved = moved or {stage_of[k] for k in event.tables if k in stage_of}
         stages[max(moved, default=0)].append(event)

@@ -25,14 +25,15 @@ import numpy as np
 
 from dineros.analysis.answers.budget import RAN_OUT, UNLIMITED, Budget, BudgetExceededError
 from dineros.analysis.answers.outcome import FiredAt, Outcome
-from dineros.analysis.logic.language.atoms import BoundAtoms, NoneEnabled, SomeFired
+from dineros.analysis.logic.language.atoms import BoundAtoms, SomeFired
 from dineros.analysis.logic.language.bounded import Bounded, Window, is_step
 from dineros.analysis.logic.language.names import Names, NetNames
 from dineros.analysis.logic.language.syntax import Atom, Formula
+from dineros.analysis.properties.predicates import Flags, MarkingMatrix, combination, holds
 from dineros.analysis.timed.classes import Kind
 from dineros.analysis.timed.durations.paths import shortest_way
 from dineros.analysis.timed.durations.watched import GATE, Watched, Watcher, watched
-from dineros.analysis.timed.graph import Flags, TimedGraph, first_classes, holding, marked_so, nothing_enabled
+from dineros.analysis.timed.graph import TimedGraph, first_classes
 from dineros.analysis.timed.nets import Interval, TimedNet
 from dineros.analysis.timed.schedules import schedule
 
@@ -170,7 +171,7 @@ def holding_without_firings(condition: Formula, atoms: BoundAtoms) -> bool:
         return True
     for values in product((False, True), repeat=len(free)):
         chosen = dict(zip(free, values, strict=True))
-        if holding(condition, lambda atom: np.array([chosen.get(atom, False)]), 1)[0]:  # noqa: B023
+        if combination(condition, lambda atom: np.array([chosen.get(atom, False)]), 1)[0]:  # noqa: B023
             return True
     return False
 
@@ -244,15 +245,11 @@ class _View:
 
     def _at_classes(self, condition: Formula) -> Flags:
         """Return by class whether a condition on markings holds."""
-        return holding(condition, self._of_marking, self.graph.classes)
+        return combination(condition, self._of_marking, self.graph.classes)
 
     def _of_marking(self, atom: Atom) -> Flags:
         graph, asked = self.graph, self.atoms.conditions[atom]
-        net = self.observed.original
-        if isinstance(asked, NoneEnabled):
-            return nothing_enabled(net, graph.markings)[graph.marking_of]
-        assert not isinstance(asked, SomeFired), "the condition is evaluated at firings"
-        return marked_so(net, asked, graph.markings)[graph.marking_of]
+        return holds(MarkingMatrix(self.observed.original.untimed, graph.markings), asked)[graph.marking_of]
 
     def _at_edges(self, condition: Formula) -> Flags:
         """Return by edge whether a condition holds where it begins, with what it fires."""
@@ -265,7 +262,7 @@ class _View:
                 return np.isin(graph.label, [*asked.transitions, *copies])
             return self._of_marking(atom)[graph.source]
 
-        return holding(condition, of_edge, len(graph.source))
+        return combination(condition, of_edge, len(graph.source))
 
 
 def _times(observed: Watched, trace: list[int]) -> tuple[tuple[FiredAt, ...], Fraction]:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from dineros.analysis.timed.graph import WAITING, Flags, TimedGraph
+from dineros.analysis.properties.predicates import Flags
+from dineros.analysis.timed.graph import WAITING, EdgeWays, TimedGraph
 
 
 def shortest_way(graph: TimedGraph, allowed: Flags, goals: Flags) -> list[int] | None:
@@ -22,25 +23,14 @@ def shortest_way(graph: TimedGraph, allowed: Flags, goals: Flags) -> list[int] |
     list of int or None
         Edges in their order; None if no goal can be reached.
     """
-    from scipy.sparse import csr_array
-    from scipy.sparse.csgraph import breadth_first_order
-
     usable = np.flatnonzero(allowed & (graph.label != WAITING))
-    source, target = graph.source[usable], graph.target[usable]
-    size = graph.classes
-    matrix = csr_array((np.ones(len(usable), dtype=np.int8), (source, target)), shape=(size, size))
-    order, before = breadth_first_order(matrix, 0, return_predecessors=True)
-    rank = np.full(size, size, dtype=np.int64)
-    rank[order] = np.arange(len(order))
-    ends = usable[goals[usable]]
-    ends = ends[rank[graph.source[ends]] < size]
-    if not len(ends):
+    source = graph.source[usable]
+    last = np.flatnonzero(goals[usable])
+    is_last = np.zeros(graph.classes, dtype=np.bool_)
+    is_last[source[last]] = True
+    way = EdgeWays(graph.classes, source, graph.target[usable]).to(is_last, 0, np.ones_like(is_last))
+    if way is None:
         return None
-    last = int(ends[rank[graph.source[ends]].argmin()])
-    way, here = [last], int(graph.source[last])
-    while here != 0:
-        previous = int(before[here])
-        edge = usable[np.flatnonzero((source == previous) & (target == here))[0]]
-        way.append(int(edge))
-        here = previous
-    return way[::-1]
+    edges, end = way
+    edges.append(int(last[np.flatnonzero(source[last] == end)[0]]))
+    return [int(usable[edge]) for edge in edges]

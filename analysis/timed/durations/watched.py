@@ -26,8 +26,6 @@ class Watcher:
 
     Attributes
     ----------
-    name : str
-    interval : Interval
     takes, puts, reads : tuple of str
         Places of the observer, one token each.
     """
@@ -49,8 +47,6 @@ class Watched:
         Without and with the observer.
     place : dict of str to int
         The places of the observer.
-    transition : dict of str to int
-        Its transitions.
     copy_of : dict of int to int
         By copy of a transition that is noticed, the transition.
     """
@@ -86,8 +82,6 @@ def watched(
 
     Parameters
     ----------
-    net
-        The net.
     places
         Places of the observer with their tokens; `GATE` is added, with one.
     watchers
@@ -99,9 +93,9 @@ def watched(
     """
     untimed = net.untimed
     names = {name: unused(f"observer {name}", untimed.places) for name in (GATE, *places)}
-    tokens = dict(zip(untimed.places, untimed.initial.tolist(), strict=True))
+    tokens, rows = net.by_names()
     tokens |= {names[name]: count for name, count in {GATE: 1, **places}.items()}
-    made = [_gated(net, t, names[GATE]) for t in range(len(untimed.transitions))]
+    made = [row._replace(reads={**row.reads, names[GATE]: 1}) for row in rows]
     intervals = dict(zip(untimed.transitions, net.intervals, strict=True))
     pairs = [(high, low) for low, row in enumerate(net.above) for high in row]
     copies: list[Transition] = []
@@ -146,17 +140,3 @@ def watched(
     extended = TimedNet.build(tokens, [*made, *copies, *of_observer], intervals, priorities)
     index = {name: number for number, name in enumerate(extended.untimed.places)}
     return Watched(net, extended, {name: index[own_name] for name, own_name in names.items()}, own, copy_of)
-
-
-def _gated(net: TimedNet, transition: int, gate: str) -> Transition:
-    """Return a transition by names, which also reads the gate."""
-    names = net.untimed.places
-    taken = dict(net.take.row(transition))
-    reads = {names[p]: w - taken.get(p, 0) for p, w in net.test.row(transition) if w > taken.get(p, 0)}
-    return Transition(
-        net.untimed.transitions[transition],
-        {names[p]: w for p, w in taken.items()},
-        {names[p]: w for p, w in net.put.row(transition)},
-        {names[p]: w for p, w in net.untimed.inhibitor.row(transition)},
-        {**reads, gate: 1},
-    )

@@ -166,7 +166,7 @@ class _Maker:
         at_once = [
             clock
             for t, clock in self._clocks.items()
-            if t != transition and any(place in take for place, _ in timed.test.row(t))
+            if t != transition and any(place in take for place, _ in timed.untimed.pre.row(t))
         ]
         after = [
             clock
@@ -233,13 +233,13 @@ class _Maker:
         """Read that a transition is enabled."""
         timed = self._timed
         return _Case(
-            reads=self._named(dict(timed.test.row(transition))),
+            reads=self._named(dict(timed.untimed.pre.row(transition))),
             inhibitors=self._named(dict(timed.untimed.inhibitor.row(transition))),
         )
 
     def _disabled(self, transition: int) -> Iterator[_Case]:
         """Read that a transition is disabled, in each way in which it can be."""
-        for place, weight in self._timed.test.row(transition):
+        for place, weight in self._timed.untimed.pre.row(transition):
             yield _Case(inhibitors=self._named({place: weight}))
         for place, weight in self._timed.untimed.inhibitor.row(transition):
             yield _Case(reads=self._named({place: weight}))

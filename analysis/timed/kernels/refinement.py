@@ -57,7 +57,7 @@ def refine(net, known, atoms, work, most):  # type: ignore[no-untyped-def]
         if control[CLASSES] > atoms.table.size:
             return WANTS_TABLE
         target = take_class(atoms)
-        count = open_edges(atoms, target, work.edges)
+        count = edges_to(atoms, target, work.edges, True)
         if count > work.edges.size:
             return WANTS_ROOM
         if count and not check(net, known, atoms, work, target, count):
@@ -66,15 +66,16 @@ def refine(net, known, atoms, work, most):  # type: ignore[no-untyped-def]
 
 
 @kernel()
-def open_edges(atoms, target, found):  # type: ignore[no-untyped-def]
-    """Write the edges to a class that may not be stable, those of a transition together; how many.
+def edges_to(atoms, target, found, only_open):  # type: ignore[no-untyped-def]
+    """Write the edges to a class, those of a transition together; how many.
 
-    Where they do not fit, only the number is right.
+    These are either those that may not be stable, or those from other classes. Where they do not fit, only
+    the number is right.
     """
     count = 0
     edge = atoms.first_in[target]
     while edge != NONE:
-        if atoms.state[edge] == OPEN:
+        if atoms.state[edge] == OPEN if only_open else atoms.source[edge] != target:
             if count < found.size:
                 found[count] = np.int64(atoms.at[edge]) << 32 | edge
             count += 1
@@ -168,27 +169,13 @@ def split(net, known, atoms, work, edge, cuts):  # type: ignore[no-untyped-def]
             control[INITIAL] = piece
     other = same_class(atoms, row, clocks, matrix)
     change(atoms, source, clocks, matrix)
-    incoming = edges_from_others(atoms, source, work.incoming)
+    incoming = edges_to(atoms, source, work.incoming, False)
     for cut in range(cuts):
         link_to_piece(net, known, atoms, work, incoming, pieces[cut], pieces[cut] < first_new)
     keep_links(net, known, atoms, work, incoming, source)
     link_from_pieces(atoms, edge, pieces, cuts, first_new)
     if other != NONE:
         merge(atoms, source, other)
-
-
-@kernel()
-def edges_from_others(atoms, target, found):  # type: ignore[no-untyped-def]
-    """Write the edges to a class from others, those of a transition together; how many. They fit."""
-    count = 0
-    edge = atoms.first_in[target]
-    while edge != NONE:
-        if atoms.source[edge] != target:
-            found[count] = np.int64(atoms.at[edge]) << 32 | edge
-            count += 1
-        edge = atoms.next_in[edge]
-    found[:count].sort()
-    return count
 
 
 @kernel()

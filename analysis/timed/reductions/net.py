@@ -22,7 +22,6 @@ class TimedArcs:
     take, put, test, inhibitors : dict
         By place: tokens taken, put, that must be there (taken ones included), and from which on it is
         disabled.
-    interval : Interval
     above : frozenset of str
         Transitions with priority over it, directly or through others.
     """
@@ -58,7 +57,7 @@ class SmallerNet:
         for t, name in enumerate(plain.transitions):
             take, put, test, inhibitors = (
                 {names[p]: int(w) for p, w in table.row(t)}
-                for table in (net.take, net.put, net.test, plain.inhibitor)
+                for table in (net.take, net.put, plain.pre, plain.inhibitor)
             )
             above = frozenset(plain.transitions[high] for high in net.above[t])
             made.transitions[name] = TimedArcs(take, put, test, inhibitors, net.intervals[t], above)

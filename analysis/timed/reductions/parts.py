@@ -15,14 +15,12 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-import numpy as np
-
 from dineros.analysis.logic.language.atoms import BoundAtoms, Linear, SomeEnabled, SomeFired
 from dineros.analysis.logic.language.bounded import Bounded, is_step
 from dineros.analysis.logic.language.names import Names
 from dineros.analysis.logic.language.syntax import Fired, Formula
-from dineros.analysis.nets.compiled import ArcTable, CompiledNet
-from dineros.analysis.timed.nets import Interval, TimedNet
+from dineros.analysis.nets.compiled import Transition
+from dineros.analysis.timed.nets import TimedNet
 
 MOST = 0.7
 """Part of the transitions of a net that a part may have, to be looked at on its own."""
@@ -65,7 +63,7 @@ def part_of_formula(net: TimedNet, formula: Formula, names: Names) -> NetPart | 
                 places.update(factors)
             case SomeEnabled(asked) | SomeFired(asked):
                 for transition in asked:
-                    places |= _tested(net, transition)
+                    places |= net.untimed.tested(transition)
             case _:
                 return None
     return part_around(net, places)
@@ -73,7 +71,7 @@ def part_of_formula(net: TimedNet, formula: Formula, names: Names) -> NetPart | 
 
 def part_of_firing(net: TimedNet, transition: int) -> NetPart | None:
     """Return the part that decides whether a transition ever fires; None if that is nearly the net."""
-    return part_around(net, _tested(net, transition))
+    return part_around(net, net.untimed.tested(transition))
 
 
 def part_around(net: TimedNet, places: Iterable[int]) -> NetPart | None:
@@ -85,7 +83,11 @@ def part_around(net: TimedNet, places: Iterable[int]) -> NetPart | None:
     if not inside or len(inside) == len(net.untimed.places) or net.has_priorities:
         return None
     every = range(len(net.intervals))
-    own = {t for t in every if _tested(net, t) <= inside and (_tested(net, t) or _changes(net, t, inside))}
+    own = {
+        t
+        for t in every
+        if net.untimed.tested(t) <= inside and (net.untimed.tested(t) or _changes(net, t, inside))
+    }
     guests = {t for t in every if t not in own and any(place in inside for place, _ in net.take.row(t))}
     if len(own) + len(guests) > MOST * len(every):
         return None
@@ -106,13 +108,8 @@ def _closed(net: TimedNet, places: Iterable[int]) -> set[int]:
             continue
         inside.add(place)
         for transition in changing[place]:
-            todo.extend(_tested(net, transition) - inside)
+            todo.extend(net.untimed.tested(transition) - inside)
     return inside
-
-
-def _tested(net: TimedNet, transition: int) -> set[int]:
-    rows = (*net.test.row(transition), *net.untimed.inhibitor.row(transition))
-    return {place for place, _ in rows}
 
 
 def _changes(net: TimedNet, transition: int, inside: set[int]) -> bool:
@@ -121,37 +118,15 @@ def _changes(net: TimedNet, transition: int, inside: set[int]) -> bool:
 
 def _cut(net: TimedNet, inside: set[int], own: set[int], guests: set[int]) -> TimedNet:
     """Return the net of a part: what is left out never fires, and guests fire at any time."""
-    never = {next(place for place in range(len(net.untimed.places)) if place not in inside): 1}
-    take: list[dict[int, int]] = []
-    put: list[dict[int, int]] = []
-    test: list[dict[int, int]] = []
-    inhibitor: list[dict[int, int]] = []
-    intervals = []
-    for t, interval in enumerate(net.intervals):
-        is_in = t in own or t in guests
-        tables = (net.take, net.put, net.test, net.untimed.inhibitor)
-        taken, given, tested, forbidden = (
-            {place: weight for place, weight in table.row(t) if is_in and place in inside} for table in tables
-        )
-        take.append(taken if is_in else never)
-        put.append(given)
-        test.append(tested if is_in else never)
-        inhibitor.append(forbidden)
-        intervals.append(interval if t in own else Interval())
-    reads = [{p: w - taken.get(p, 0) for p, w in row.items()} for row, taken in zip(test, take, strict=True)]
-    post = [
-        {p: given.get(p, 0) + read.get(p, 0) for p in (*given, *read)}
-        for given, read in zip(put, reads, strict=True)
-    ]
-    post = [{place: weight for place, weight in row.items() if weight} for row in post]
-    initial = np.array([n if p in inside else 0 for p, n in enumerate(net.untimed.initial.tolist())])
-    untimed = CompiledNet(
-        net.untimed.places,
-        net.untimed.transitions,
-        initial.astype(np.int64),
-        ArcTable.from_rows(test),
-        ArcTable.from_rows(post),
-        ArcTable.from_rows(inhibitor),
-    )
-    made = [ArcTable.from_rows(rows) for rows in (take, put, test)]
-    return TimedNet(untimed, made[0], made[1], made[2], tuple(intervals), tuple(() for _ in intervals))
+    tokens, rows = net.by_names()
+    kept = {name for place, name in enumerate(net.untimed.places) if place in inside}
+    never = next(name for name in tokens if name not in kept)
+    for t, row in enumerate(rows):
+        if t in own or t in guests:
+            rows[t] = Transition(
+                row.name, *({p: w for p, w in arcs.items() if p in kept} for arcs in row[1:])
+            )
+        else:
+            rows[t] = Transition(row.name, {never: 1})
+    intervals = {rows[t].name: net.intervals[t] for t in own}
+    return TimedNet.build({p: n if p in kept else 0 for p, n in tokens.items()}, rows, intervals)

@@ -12,9 +12,9 @@ from dineros.analysis.checks.check import check
 from dineros.analysis.checks.goals import Goals
 from dineros.analysis.checks.overflow import Overflow
 from dineros.analysis.checks.ways import overtaking
-from dineros.analysis.logic.verdicts.verdict import moves
 from dineros.analysis.model.subject import base_subject
 from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.nets.witness import moves
 from dineros.analysis.parts.part import PARTS_TOO_LARGE
 from dineros.analysis.questions.held_back import held_back
 from dineros.analysis.symbolic.saturation import DiagramMemoryError

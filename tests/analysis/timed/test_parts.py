@@ -36,7 +36,7 @@ def two_nets(random: Random) -> tuple[TimedNet, int]:
         for t, (name, interval) in enumerate(zip(net.untimed.transitions, net.intervals, strict=True)):
             take, put, test, inhibit = (
                 {names[place]: weight for place, weight in table.row(t)}
-                for table in (net.take, net.put, net.test, net.untimed.inhibitor)
+                for table in (net.take, net.put, net.untimed.pre, net.untimed.inhibitor)
             )
             reads = {place: weight - take.get(place, 0) for place, weight in test.items()}
             reads = {place: weight for place, weight in reads.items() if weight}

@@ -53,7 +53,7 @@ def replay(net: TimedNet, timed: list[tuple[int, Fraction]]) -> None:
         return {
             t
             for t in range(len(net.intervals))
-            if all(tokens[p] >= w for p, w in net.test.row(t))
+            if all(tokens[p] >= w for p, w in net.untimed.pre.row(t))
             and all(tokens[p] < w for p, w in net.untimed.inhibitor.row(t))
         }
 

@@ -67,7 +67,7 @@ def test_what_goes_out_is_the_net_with_whole_times(seed: int) -> None:
     assert again.intervals == expected.intervals
     assert again.above == expected.above
     assert again.untimed.transitions == net.untimed.transitions
-    for ours, theirs in ((again.take, net.take), (again.put, net.put), (again.test, net.test)):
+    for ours, theirs in ((again.take, net.take), (again.put, net.put), (again.untimed.pre, net.untimed.pre)):
         rows = range(len(net.intervals))
         assert [dict(ours.row(t)) for t in rows] == [dict(theirs.row(t)) for t in rows]
     assert all(

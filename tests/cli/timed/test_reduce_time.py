@@ -67,7 +67,7 @@ def test_what_is_kept(run: Run, line: Path, tmp_path: Path) -> None:
     net = compile_timed_net(load(small))
     soon = net.untimed.transitions.index("soon")
     lock = net.untimed.places.index("lock")
-    assert lock not in dict(net.take.row(soon)) and lock in dict(net.test.row(soon))
+    assert lock not in dict(net.take.row(soon)) and lock in dict(net.untimed.pre.row(soon))
 
 
 def test_without_time_the_times_are_left_out_with_a_word(run: Run, line: Path, tmp_path: Path) -> None:

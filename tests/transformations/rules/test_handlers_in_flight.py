@@ -166,7 +166,7 @@ def allows(net: TimedNet, run: Run) -> str:
     marking = plain.initial.tolist()
 
     def is_enabled(transition: int, held: list[int]) -> bool:
-        return all(held[p] >= w for p, w in net.test.row(transition)) and all(
+        return all(held[p] >= w for p, w in net.untimed.pre.row(transition)) and all(
             held[p] < w for p, w in plain.inhibitor.row(transition)
         )
 

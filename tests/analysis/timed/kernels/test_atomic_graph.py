@@ -65,7 +65,7 @@ class Graph:
         return [
             t
             for t in range(len(net.untimed.transitions))
-            if all(marking[p] >= w for p, w in net.test.row(t))
+            if all(marking[p] >= w for p, w in net.untimed.pre.row(t))
             and all(marking[p] < w for p, w in net.untimed.inhibitor.row(t))
         ]
 

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from dineros.analysis.answers.budget import Budget
-from dineros.analysis.logic.verdicts.verdict import Marking, moves
 from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.nets.witness import moves
+
+Marking = tuple[int, ...]
 
 Lasso = tuple[tuple[int, ...], tuple[int, ...]]
 """Transitions of the stem, and of the loop."""
