@@ -64,10 +64,9 @@ class Excluded:
 class Inductive:
     """Proof by k-induction, with bounds of places and other facts about all reachable markings.
 
-    No marking reachable in fewer than k steps fulfils the goal, and the clauses hold in all of these
-    markings. From k steps through markings within the bounds, sums and clauses that do not fulfil the goal,
-    no marking is reached that fulfils the goal or violates a clause. A step fires transitions that are
-    independent of each other.
+    No marking reachable in fewer than k steps fulfils the goal. From k steps through markings within the
+    bounds and sums that do not fulfil the goal, no marking is reached that fulfils it. A step fires
+    transitions that are independent of each other.
     """
 
     depth: int
@@ -80,14 +79,8 @@ class Inductive:
     """
     weightings: tuple[Mapping[int, int], ...] = ()
     """Place -> weight: sums that no firing changes."""
-    clauses: tuple[tuple[Row, ...], ...] = ()
-    """Clauses; one condition of each holds in every reachable marking."""
 
     def __str__(self) -> str:
-        if self.clauses:
-            count = len(self.clauses)
-            clauses = "1 clause excludes" if count == 1 else f"{count} clauses exclude"
-            return f"{clauses} it, and every step keeps them"
         return (
             f"no {self.depth} steps reach it for the first time from any marking in which the invariants hold"
         )

@@ -24,7 +24,7 @@ from dineros.analysis.answers.budget import Budget, BudgetExceededError, Progres
 Answer = TypeVar("Answer")
 
 SHARE = 0.5
-"""Seconds of processor time per turn for an engine of weight 1."""
+"""Seconds of processor time per turn."""
 
 HEAD_START = 2.0
 """Seconds for the engine that is usually best, before the others begin."""
@@ -36,8 +36,6 @@ class Member(Generic[Answer]):
 
     work: Callable[[Budget], Answer | None]
     """The work. It gets a budget, must report progress by `Budget.report`, and returns an answer or None."""
-    weight: float = 1.0
-    """Its share of the time, relative to the others."""
     head_start: float = 0.0
     """Seconds of processor time for its first turn; easy questions, answered within it, cost no more."""
     marking_bytes: int = 0
@@ -75,13 +73,12 @@ class _Table(Generic[Answer]):
         self._members, self._budget, self._is_final = members, budget, is_final
         self._changed = threading.Condition()
         self._here = list(range(len(members)))  #: engines that still work
-        self._shares = [SHARE * member.weight for member in members]
         self._answers: list[Answer] = []
         self._final: list[Answer] = []
         self._error: BaseException | None = None
         self._is_over = False
         self._turn = 0
-        self._until = time.process_time() + max(self._shares[0], members[0].head_start)
+        self._until = time.process_time() + max(SHARE, members[0].head_start)
 
     def run(self) -> Answer | None:
         others = [
@@ -147,7 +144,7 @@ class _Table(Generic[Answer]):
     def _pass_on(self, number: int) -> None:
         position = self._here.index(number)
         self._turn = self._here[(position + 1) % len(self._here)]
-        self._until = time.process_time() + self._shares[self._turn]
+        self._until = time.process_time() + SHARE
         self._changed.notify_all()
 
     def _wait(self, number: int) -> None:

@@ -104,10 +104,11 @@ def certificate_of(asked: Asked, answer: str, evidence: Evidence | None) -> Cert
     net = asked.subject.net
     parts = evidence.parts if isinstance(evidence, Together) else (evidence,)
     never = [fact for part in parts for fact in _never(net, part)]
-    clauses = [clause for part in parts for clause in _clauses(part)]
-    steps = max([min(1, len(clauses)), *(part.depth for part in parts if isinstance(part, Inductive))])
-    rows = [[_named(net, row) for row in clause] for clause in clauses]
-    certificate = asked.certificate(FORMAT, answer, never=never, clauses=rows, steps=steps)
+    # A marked trap is a clause of inequalities that firings preserve.
+    traps = [trap for part in parts if isinstance(part, Excluded) for trap in part.traps]
+    steps = max([min(1, len(traps)), *(part.depth for part in parts if isinstance(part, Inductive))])
+    clauses = [[_named(net, ({p: 1}, 1)) for p in trap] for trap in traps]
+    certificate = asked.certificate(FORMAT, answer, never=never, clauses=clauses, steps=steps)
     return None if refutation(certificate, asked.subject) else certificate
 
 
@@ -135,14 +136,6 @@ def _fact(net: CompiledNet, case: Weighting) -> Fact:
         "factors": [int(factor * scale) for factor in case.factors],
         "weights": {net.places[p]: int(weight * scale) for p, weight in case.weights.items() if weight},
     }
-
-
-def _clauses(evidence: Excluded | Inductive) -> Iterator[tuple[Row, ...]]:
-    """Yield clauses of inequalities that firings preserve; a marked trap is one."""
-    if isinstance(evidence, Inductive):
-        yield from evidence.clauses
-    else:
-        yield from (tuple(({p: 1}, 1) for p in trap) for trap in evidence.traps)
 
 
 def _named(net: CompiledNet, row: Row) -> Mapping[str, Any]:

@@ -11,7 +11,7 @@ from dineros.analysis.portfolio.known import Known, known_of
 from dineros.analysis.portfolio.methods.bounds import PlaceBounds
 from dineros.analysis.portfolio.methods.diagrams import DecisionDiagrams
 from dineros.analysis.portfolio.methods.explicit_search import ExplicitSearch
-from dineros.analysis.portfolio.methods.induction import Clauses, Induction
+from dineros.analysis.portfolio.methods.induction import Induction
 from dineros.analysis.portfolio.methods.markings import FarMarkings, StoredMarkings
 from dineros.analysis.portfolio.methods.on_the_fly import AutomatonOnTheFly
 from dineros.analysis.portfolio.methods.reduced_net import ReducedNet
@@ -42,8 +42,7 @@ def _has_diagram(known: Known) -> bool:
 
 
 ALONE = (
-    Turn(Induction(), time=0.125),
-    Turn(Clauses(), time=0.15),
+    Turn(Induction(), time=0.25),
     Turn(ExplicitSearch(), time=0.6),
     Turn(RandomWalks()),
 )
@@ -60,8 +59,7 @@ def stages() -> tuple[Stage, ...]:
         Stage("the state equation", StateEquationAndTraps(), 0.08),
         Stage("many markings", all_markings, 0.08, _always),
         Stage("markings far away", FarMarkings(), 0.05),
-        Stage("induction", Induction(), 0.04),
-        Stage("clauses", Clauses(), 0.06),
+        Stage("induction", Induction(), 0.1),
         Stage("decision diagrams", DecisionDiagrams(), 0.25),
         Stage("a deadlock", StubbornSets(), 1.0, _always),
         Stage("each question on a smaller net", ReducedNet(ALONE, "reduced net"), 0.5, _always),

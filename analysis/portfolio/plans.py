@@ -9,7 +9,7 @@ from dineros.analysis.portfolio.methods.counting import CountByDiagrams, CountBy
 from dineros.analysis.portfolio.methods.diagrams import DecisionDiagrams, DiagramAtHand, LedByDiagram
 from dineros.analysis.portfolio.methods.directed_search import DirectedSearch
 from dineros.analysis.portfolio.methods.explicit_search import QUICK, ExplicitSearch
-from dineros.analysis.portfolio.methods.induction import Clauses, Induction
+from dineros.analysis.portfolio.methods.induction import Induction
 from dineros.analysis.portfolio.methods.limits import NetWithLimits
 from dineros.analysis.portfolio.methods.parts import PartsOfNet
 from dineros.analysis.portfolio.methods.reduced_net import ReducedNet
@@ -60,11 +60,7 @@ def _is_irreducible(question: Question, so_far: SoFar) -> bool:
     return known_of(question.net).reduced(simplified(question.condition), question.names) is None
 
 
-_SOLVERS = (
-    # Both use solvers, and share the time of one.
-    Side((Turn(Induction()),), weight=0.5),
-    Side((Turn(Clauses()),), weight=0.5),
-)
+_SOLVER = Side((Turn(Induction()),))
 _EXPLICIT = (
     Turn(ExplicitSearch(), most_bytes=QUICK),
     Turn(ReducedNet((Turn(ExplicitSearch()),)), if_more_bytes=QUICK),
@@ -89,12 +85,12 @@ FIND: Plan = (
     Turn(NetWithLimits(FIRST_WORK), wants_any_way, time=0.6),
     # Goals that are fulfilled in many distant markings are found at once.
     Turn(ExplicitSearch(order="depth-first"), wants_any_way, most_states=NEAR_STATES),
-    Together((Side(_EXPLICIT), _DIAGRAMS, *_SOLVERS), _takes_any_way),
-    Together((Side(_EXPLICIT, head_start=HEAD_START), _DIAGRAMS, *_SOLVERS), when=_has_no_way),
+    Together((Side(_EXPLICIT), _DIAGRAMS, _SOLVER), _takes_any_way),
+    Together((Side(_EXPLICIT, head_start=HEAD_START), _DIAGRAMS, _SOLVER), when=_has_no_way),
 )
 """A trace to a marking, or a proof that there is none."""
 
-PROVE: Plan = (Turn(StateEquationAndTraps(), time=0.5), Together(_SOLVERS))
+PROVE: Plan = (Turn(StateEquationAndTraps(), time=0.5), Turn(Induction()))
 """A proof without a state space, for which a certificate can be written."""
 
 FIRE: Plan = (

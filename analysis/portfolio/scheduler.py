@@ -86,8 +86,6 @@ class Side:
 
     Attributes
     ----------
-    weight : float
-        Its share of the time, relative to the other sides.
     head_start : float
         Seconds of processor time before the other sides begin.
     marking_bytes : int
@@ -95,7 +93,6 @@ class Side:
     """
 
     turns: tuple[Turn, ...]
-    weight: float = 1.0
     head_start: float = 0.0
     marking_bytes: int = 0
 
@@ -155,8 +152,7 @@ def _asked(question: Question, turn: Turn | Together, budget: Budget) -> Outcome
     if isinstance(turn, Turn):
         return turn.method.answer(question, known_of(question.net), turn.share(budget))
     members = [
-        Member(partial(_side, question, side), side.weight, side.head_start, side.marking_bytes)
-        for side in turn.sides
+        Member(partial(_side, question, side), side.head_start, side.marking_bytes) for side in turn.sides
     ]
     return first_of_two(members, budget, question.ends_others, turn.alone)
 

@@ -11,13 +11,12 @@ K. Heljanko, *Bounded reachability checking with process semantics*, CONCUR 2001
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
-from dineros.analysis.answers.budget import Budget, BudgetExceededError, Progress
-from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.answers.budget import Budget, Progress
 from dineros.analysis.logic.language.atoms import Condition, Linear, NoneEnabled, SomeEnabled
 from dineros.analysis.logic.language.syntax import And, Atom, Constant, Equivalent, Formula, Implies, Not, Or
 from dineros.analysis.nets.compiled import CompiledNet
@@ -49,18 +48,6 @@ class Sums:
     bounds: tuple[int, ...]
     proofs: tuple[Mapping[int, int], ...]
     weightings: tuple[Mapping[int, int], ...] = ()
-
-
-def within_limits(search: Callable[[Sums, Budget], Outcome], budget: Budget, known: Sums | None) -> Outcome:
-    """Return what a search by such formulas answers; unknown for places of many tokens, and at a limit."""
-    if known is None:
-        return Outcome("unknown", reason="some places may hold many tokens")
-    try:
-        return search(known, budget)
-    except TooLargeError:
-        return Outcome("unknown", reason="the propositional formula grows too large")
-    except BudgetExceededError as limit:
-        return Outcome("unknown", reason=str(limit))
 
 
 class Unrolling:
@@ -99,18 +86,15 @@ class Unrolling:
             for number, literal in enumerate(literals, 1):
                 self._add(-self.begins, literal if tokens >= number else -literal)
 
-    def add_step(self, is_alone: bool = False) -> None:
-        """Add a step after the last marking, and the marking after it; alone, of one transition or none."""
+    def add_step(self) -> None:
+        """Add a step after the last marking, and the marking after it."""
         before = self.markings[-1]
         self._add_marking()
         after = self.markings[-1]
         net = self.net
         fires = [self._fresh() for _ in net.transitions]
         self.firings.append(fires)
-        if is_alone:
-            self._at_most_one(fires)
-        else:
-            self._add(*fires)
+        self._add(*fires)
         changed = [self._fresh() for _ in net.places]
         for t, fired in enumerate(fires):
             for place, weight in net.pre.row(t):
@@ -156,10 +140,6 @@ class Unrolling:
                 case _:
                     raise TypeError(f"no condition: {part}")
         return found[formula]
-
-    def new(self) -> int:
-        """Return a variable without any constraint."""
-        return self._fresh()
 
     def solve(self, assumptions: Sequence[int], steps: int, budget: Budget) -> bool:
         """Whether all clauses can be true together with some literals; `steps` is reported as progress.

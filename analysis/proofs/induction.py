@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from dineros.analysis.answers.budget import Budget
+from dineros.analysis.answers.budget import Budget, BudgetExceededError
 from dineros.analysis.answers.evidence import Inductive
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.logic.language.atoms import Condition
@@ -23,7 +23,7 @@ from dineros.analysis.logic.language.syntax import Atom, Formula
 from dineros.analysis.nets.bounds import place_bounds
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.structure import place_invariants
-from dineros.analysis.proofs.encoding import Sums, Unrolling, within_limits
+from dineros.analysis.proofs.encoding import Sums, TooLargeError, Unrolling
 
 MOST_LITERALS, MOST_TOKENS = 3_000, 16
 """Literals of a marking, and tokens of a place, up to which a net is one of few tokens."""
@@ -73,22 +73,33 @@ def by_induction(
     Outcome
         ``reachable`` with a trace, not replayed; ``unreachable`` with `Inductive`; or ``unknown``.
     """
+    budget, known = budget.begun(), known or sums_of(net)
+    if known is None:
+        return Outcome("unknown", reason="some places may hold many tokens")
+    try:
+        return _search(net, known, goal, conditions, budget)
+    except TooLargeError:
+        return Outcome("unknown", reason="the propositional formula grows too large")
+    except BudgetExceededError as limit:
+        return Outcome("unknown", reason=str(limit))
+
+
+def _search(
+    net: CompiledNet, known: Sums, goal: Formula, conditions: Mapping[Atom, Condition], budget: Budget
+) -> Outcome:
     from pysat.solvers import Glucose4
 
-    def search(known: Sums, budget: Budget) -> Outcome:
-        with Glucose4() as solver:
-            unrolling = Unrolling(net, known, solver, conditions)
-            avoided: list[int] = []
-            for depth in range(MOST_DEPTH + 1):
-                met = unrolling.literal(goal, depth)
-                if unrolling.solve([unrolling.begins, *avoided, met], depth, budget):
-                    trace = unrolling.trace(depth, solver.get_model())
-                    return Outcome("reachable", trace, seconds=budget.spent, by=BOUNDED)
-                if not unrolling.solve([*avoided, met], depth, budget):
-                    evidence = Inductive(depth, known.bounds, known.proofs, known.weightings)
-                    return Outcome("unreachable", seconds=budget.spent, by=INDUCTION, evidence=evidence)
-                avoided.append(-met)
-                unrolling.add_step()
-            return Outcome("unknown", reason=f"{MOST_DEPTH} steps do not decide it")
-
-    return within_limits(search, budget.begun(), known or sums_of(net))
+    with Glucose4() as solver:
+        unrolling = Unrolling(net, known, solver, conditions)
+        avoided: list[int] = []
+        for depth in range(MOST_DEPTH + 1):
+            met = unrolling.literal(goal, depth)
+            if unrolling.solve([unrolling.begins, *avoided, met], depth, budget):
+                trace = unrolling.trace(depth, solver.get_model())
+                return Outcome("reachable", trace, seconds=budget.spent, by=BOUNDED)
+            if not unrolling.solve([*avoided, met], depth, budget):
+                evidence = Inductive(depth, known.bounds, known.proofs, known.weightings)
+                return Outcome("unreachable", seconds=budget.spent, by=INDUCTION, evidence=evidence)
+            avoided.append(-met)
+            unrolling.add_step()
+    return Outcome("unknown", reason=f"{MOST_DEPTH} steps do not decide it")

@@ -38,7 +38,6 @@ STILL_TWICE = {
             "Asked",
             "Behaviour",
             "Bound",
-            "Clauses",
             "Comparison",
             "Deadlock",
             "Enabled",

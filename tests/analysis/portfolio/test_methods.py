@@ -21,7 +21,7 @@ from dineros.analysis.portfolio.known import known_of
 from dineros.analysis.portfolio.method import Method
 from dineros.analysis.portfolio.methods.diagrams import DecisionDiagrams, DiagramAtHand
 from dineros.analysis.portfolio.methods.explicit_search import ExplicitSearch
-from dineros.analysis.portfolio.methods.induction import Clauses, Induction
+from dineros.analysis.portfolio.methods.induction import Induction
 from dineros.analysis.portfolio.methods.limits import NetWithLimits
 from dineros.analysis.portfolio.methods.parts import PartsOfNet
 from dineros.analysis.portfolio.methods.reduced_net import ReducedNet
@@ -37,7 +37,6 @@ from tests.analysis.reference_search import distances
 
 LIMITS = Budget(1 << 24, states=2_000, seconds=1)
 LEAST = {
-    Clauses: 20,
     DecisionDiagrams: 60,
     DiagramAtHand: 60,
     ExplicitSearch: 90,
