@@ -17,15 +17,7 @@ from dineros.analysis.nets.compiled import CompiledNet, Transition
 
 @dataclass(frozen=True)
 class BoundedPart:
-    """The proved facts.
-
-    Attributes
-    ----------
-    dead : frozenset of int
-        Transitions that can never fire.
-    has_no_deadlock : bool
-        Whether there is no deadlock.
-    """
+    """The proved facts."""
 
     dead: frozenset[int] = frozenset()
     has_no_deadlock: bool = False

@@ -87,8 +87,6 @@ class Distance:
 
     Parameters
     ----------
-    programs : CoveringPrograms
-        The programs of the net.
     target : mapping of int to int
         Required tokens, by place.
     """

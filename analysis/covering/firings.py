@@ -53,10 +53,6 @@ class Firings:
         For each transition that can fire, a firing sequence that ends with it; see `way_to`.
     possible : frozenset of int
         Transitions proved to be able to fire, perhaps without a known sequence.
-    dead : set of int
-        Transitions that can never fire.
-    deadlock : tuple of int or None
-        A firing sequence to a deadlock.
     has_no_deadlock : bool
         True if the absence of deadlocks is proved; False means unknown.
     is_complete : bool
@@ -116,8 +112,6 @@ def firings(
 
     Parameters
     ----------
-    budget : Budget
-        Budget of all stages together.
     wanted : iterable of int, optional
         The transitions in question; all by default.
     asks_deadlock : bool

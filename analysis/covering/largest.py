@@ -24,8 +24,6 @@ def largest_beside(net: CompiledNet, place: int, others: Iterable[int], budget: 
     ----------
     net : CompiledNet
         The net; its state space may be infinite.
-    others : iterable of int
-        The other places.
 
     Returns
     -------

@@ -21,8 +21,6 @@ def near_lassos(net: CompiledNet, most: int, budget: Budget) -> Iterator[Lasso]:
 
     Parameters
     ----------
-    most : int
-        Maximum number of markings.
     budget : Budget
         Its time also ends the search.
     """

@@ -33,8 +33,6 @@ class Tree:
         The maximal markings, by place, with `inf` for no limit; None: the tree is too large.
     is_exact : bool
         Whether the maximal markings are exact; otherwise they are upper bounds.
-    dead : frozenset of int
-        Transitions that the tree proves dead.
     pumping : Pumping or None
         If places are unbounded: a proof that can be replayed in the net.
     covered : tuple of OmegaMarking

@@ -31,8 +31,6 @@ class Claim:
     ----------
     name : str
         Name of the claim, usable as a file name.
-    evidence : Evidence or None
-        The evidence, if it is known.
     """
 
     name: str
@@ -47,12 +45,8 @@ def certificates_of(
 
     Parameters
     ----------
-    report : Report
-        The results of the check.
     settings : sequence of str
         Settings that changed the model.
-    budget : Budget
-        Budget of the search for proofs.
     """
     subject, budget = subject_as(model, BASE, "weighted"), budget.begun()
     claims = list(_claims(subject, report))

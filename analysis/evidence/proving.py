@@ -32,8 +32,6 @@ class Asked:
 
     Attributes
     ----------
-    subject : Subject
-        The net.
     kind : {"enabled", "marking", "ctl", "ltl"}
         Kind of the text: the name of a transition, a condition, a formula.
     signals, overflow : str

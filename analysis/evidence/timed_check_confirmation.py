@@ -50,12 +50,8 @@ class Behaviour:
 
     Attributes
     ----------
-    by : str
-        The engine.
     markings : int64 array, shape (markings, places)
         The markings, sorted.
-    firings : frozenset of int
-        The transitions that can fire.
     """
 
     by: str
@@ -69,11 +65,6 @@ class Behaviour:
 
 def confirm_timed_check(checked: TimedChecked, budget: Budget = UNLIMITED) -> dict[str, Confirmation]:
     """Confirm the results of a check with times.
-
-    Parameters
-    ----------
-    checked
-        The completed check.
 
     Returns
     -------

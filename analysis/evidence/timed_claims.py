@@ -37,8 +37,6 @@ def timed_certificates_of(
 
     Parameters
     ----------
-    checked : TimedChecked
-        The completed check.
     settings : sequence of str
         Settings that changed the model.
     budget : Budget

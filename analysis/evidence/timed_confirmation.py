@@ -52,8 +52,6 @@ def confirm_timed_answer(
 
     Parameters
     ----------
-    net
-        The net with its times.
     question, answer
         The question, and the answer: ``unreachable`` or ``holds``.
     """

@@ -19,8 +19,6 @@ class AgendaPart(NamedTuple):
     ----------
     starts, ends : list of int
         For each worker, the first row, and the row after the last.
-    transitions : int64 array
-        The set of transitions to fire.
     goes_on : bool
         Whether markings found now belong to the next part and may be expanded at once.
     """
@@ -38,8 +36,6 @@ def closure(
 
     Parameters
     ----------
-    transitions
-        The transitions to fire.
     starts
         For each worker, the first row.
     ends
@@ -89,8 +85,6 @@ def by_cost(
         Transitions by cost, including those of cost 0.
     starts, ends, done
         As for `closure`.
-    most
-        The largest cost to examine.
     """
     costs = sorted(cost for cost in sets if cost)
     waiting: list[tuple[int, int, Rows, Rows]] = []

@@ -33,8 +33,6 @@ class Storage:
 
     Attributes
     ----------
-    markings : Markings
-        The arrays.
     row_bytes : int
         Size of a marking in bytes, without its share of the table.
     """

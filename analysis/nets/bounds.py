@@ -160,8 +160,6 @@ def renumbered(facts: FlowsAndBounds, number: Mapping[int, int]) -> FlowsAndBoun
 
     Parameters
     ----------
-    facts
-        Semiflows and bounds.
     number
         For each place, its number in the other net.
     """

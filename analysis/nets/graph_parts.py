@@ -107,15 +107,7 @@ def shortest_path(successors: Mapping[Node, Collection[Node]], source: Node, tar
 
 
 def numbered_parts(size: int, sources: NDArray[Any], targets: NDArray[Any]) -> tuple[int, NDArray[np.int32]]:
-    """Return the number of strongly connected components of a graph with numbered nodes, and each node's.
-
-    Parameters
-    ----------
-    size : int
-        Number of nodes.
-    sources, targets : array
-        The ends of each arc.
-    """
+    """Return the number of strongly connected components of a graph with numbered nodes, and each node's."""
     if size + sources.size > FEW_ARCS:
         from scipy.sparse import csr_matrix
         from scipy.sparse.csgraph import connected_components

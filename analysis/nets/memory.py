@@ -127,8 +127,6 @@ def watched_memory(budget: int, seconds: float | None = None) -> Iterator[None]:
     ----------
     budget : int
         Bytes.
-    seconds : float, optional
-        How long the work may take.
 
     Resident memory is checked every `WATCH_SECONDS` by a signal (SIGALRM), when Python code runs; engines,
     which run for longer, check their memory themselves. It works only in the main thread, and does nothing in

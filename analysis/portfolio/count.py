@@ -83,13 +83,7 @@ class StateSpace:
 
 @dataclass(frozen=True)
 class Counted(Outcome):
-    """The outcome of counting: ``counted`` (exact figures, or an unbounded net) or ``unknown``.
-
-    Attributes
-    ----------
-    space : StateSpace or None
-        The figures.
-    """
+    """The outcome of counting: ``counted`` (exact figures, or an unbounded net) or ``unknown``."""
 
     space: StateSpace | None = None
 
@@ -102,8 +96,6 @@ class Count:
     ----------
     orders : OrderCache, optional
         Stored variable orders for decision diagrams.
-    order : {"breadth-first", "depth-first"}
-        Order of explicit search.
     began : float
         When the question was asked, by `time.perf_counter`.
     """

@@ -32,8 +32,6 @@ class Reach:
         On markings.
     names : Names
         The elements that names in the condition refer to.
-    order : {"breadth-first", "depth-first"}
-        Order of explicit search.
     is_shortest : bool
         Whether a shortest trace is required; then a longer one is returned only if the search for it ends
         without one.

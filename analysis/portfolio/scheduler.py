@@ -58,8 +58,6 @@ class Turn:
         Returns whether it is used.
     time : float
         Share of the remaining time.
-    most_seconds : float, optional
-        Maximum time.
     most_bytes, most_states : int, optional
         Maximum memory, and maximum number of markings.
     if_more_bytes : int
@@ -182,8 +180,6 @@ class Stage:
 
     Attributes
     ----------
-    name : str
-        Description of the stage.
     part : float
         Share of the time of all questions.
     when : callable

@@ -68,8 +68,6 @@ def excluded(
     ----------
     condition : Formula
         As `dineros.analysis.logic.language.rewriting.simplified` returns it.
-    is_late : callable
-        Whether to give up.
     met : callable
         Told what could not be excluded, inequalities that fulfil the condition; whether that is enough.
         Without it, one alternative that cannot be excluded ends the work.

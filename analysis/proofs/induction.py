@@ -63,8 +63,6 @@ def by_induction(
 
     Parameters
     ----------
-    goal : Formula
-        A condition on markings.
     known : Sums, optional
         Bounds and invariants, where they are known.
 

@@ -46,14 +46,8 @@ class PartOfGraph(Exploration):
 
     Attributes
     ----------
-    size : int
-        Number of stored markings.
     expanded : int
         Number of first markings whose successors are stored; a deadlock is its own successor.
-    is_complete : bool
-        Whether all markings are stored.
-    arcs : Arcs
-        The known arcs.
     layout : Layout
         The layout of markings, valid for the net from any reachable marking.
 

@@ -39,8 +39,6 @@ class Recurrence:
     ----------
     bounds : tuple of int
         An upper bound of the tokens on each place.
-    dead : frozenset of int
-        All dead transitions.
     """
 
     bounds: tuple[int, ...]

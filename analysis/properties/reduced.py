@@ -23,8 +23,6 @@ class Reduced:
     ----------
     formula : Formula
         Names in it are those of the net.
-    reduction : Reduction
-        The reduction, which translates traces back.
     """
 
     net: CompiledNet

@@ -29,13 +29,7 @@ LEAST_SECONDS = 5.0
 
 @dataclass(frozen=True)
 class HeldBack:
-    """An action whose goals may wait because of its number of slots.
-
-    Attributes
-    ----------
-    slots : Slots
-        The action and its slots.
-    """
+    """An action whose goals may wait because of its number of slots."""
 
     slots: Slots
 

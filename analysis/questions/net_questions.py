@@ -48,8 +48,6 @@ class Enabled(Question):
     ----------
     name : str
         Name of the transition; if several have it, any of them.
-    order : {"breadth-first", "depth-first"}
-        Order of the search.
     """
 
     name: str
@@ -70,8 +68,6 @@ class Marking(Question):
     ----------
     condition : str
         The condition, without temporal operators.
-    order : {"breadth-first", "depth-first"}
-        Order of the search.
     """
 
     condition: str

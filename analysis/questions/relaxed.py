@@ -80,8 +80,6 @@ def bounds_in_time(
 
     Parameters
     ----------
-    net : TimedNet
-        The net with its times.
     loose : Relaxed
         The same without them.
     signals : frozenset of int

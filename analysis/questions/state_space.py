@@ -15,7 +15,6 @@ from dineros.analysis.portfolio.scheduler import answered
 if TYPE_CHECKING:
     from dineros.analysis.explicit import Order
     from dineros.analysis.symbolic.order_cache import OrderCache
-    from dineros.analysis.tina import TinaCounts
 
 Engine = Literal["auto", "explicit", "symbolic", "tina"]
 
@@ -65,33 +64,6 @@ def unfinished(net: CompiledNet, engine: str, states: int | None, reason: str, s
     """Return the figures of an unfinished count, with the number of markings so far if it is known."""
     began = time.perf_counter() - seconds
     return figures_of(net, engine, began, (states, None, None), reason=reason)
-
-
-def differences(net: CompiledNet, counts: TinaCounts, budget: Budget = UNLIMITED) -> list[str]:
-    """Compare TINA's counts with those of an own engine; one line for each difference.
-
-    Raises
-    ------
-    TinaError
-        The engine could not count everything within its memory.
-    """
-    from dineros.analysis.tina import TinaError
-
-    space = state_space(net, budget=budget)
-    if not space.complete:
-        if not counts.is_bounded and "bound" in space.reason:
-            return []
-        raise TinaError(f"nothing to compare with: {space.reason}")
-    pairs = {
-        "states": (counts.states, space.states),
-        "arcs": (counts.arcs, space.arcs),
-        "deadlocks": (counts.deadlocks, space.deadlocks),
-    }
-    return [
-        f"{name}: {theirs} by tina, {ours} by the {space.engine} engine"
-        for name, (theirs, ours) in pairs.items()
-        if theirs is not None and ours is not None and theirs != ours
-    ]
 
 
 def _with_rest(question: Count, space: StateSpace, engine: Engine, budget: Budget) -> StateSpace:

@@ -38,8 +38,6 @@ class Component:
 
     Attributes
     ----------
-    members : dict
-        The transitions that change it.
     initial : tuple of int
         Initial tokens of the places.
     successors : dict

@@ -18,8 +18,6 @@ def cut_out(
 
     Parameters
     ----------
-    net : CompiledNet
-        The whole net.
     places : sequence of int
         Places of the part, in this order; their complements follow them.
     transitions : iterable of int

@@ -83,8 +83,6 @@ class MutableNet:
     consumers, producers, inhibited : dict
         Name of place -> names of the transitions with an input, output or inhibitor arc with it, as the keys
         of a dictionary, because sets of text have no reproducible order.
-    changes : int
-        Number of changes applied.
     """
 
     def __init__(self) -> None:

@@ -112,18 +112,12 @@ class Step:
 
     Attributes
     ----------
-    rule : str
-        Name of the rule.
     places, transitions : tuple of str
         Elements it is about, with their names before it.
     preserves : frozenset of Property
         Properties that this application preserves; they may be fewer than the most of its rule.
-    change : Change
-        Its effect.
     lift : Lift
         Maps a trace back over this step.
-    equation : PlaceEquation, optional
-        Equation for the removed place.
     component : tuple of markings
         The markings of a removed independent component (each combines with each of the rest), else empty.
     dead_ends : int

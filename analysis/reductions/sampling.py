@@ -32,8 +32,6 @@ class Sample:
 
     Attributes
     ----------
-    enabled : set of str
-        Transitions that were enabled.
     deciding_places : set of str
         Places that alone disabled a transition.
     deciding_inhibitors : set of (str, str)

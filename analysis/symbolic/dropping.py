@@ -139,8 +139,6 @@ class GuardedNet:
 
         Parameters
         ----------
-        flows
-            Invariants.
         largest_growth
             Additional events allowed for each dropped place.
         candidates

@@ -75,8 +75,6 @@ def groups_of_bounds(
 
     Parameters
     ----------
-    places
-        Places that may be grouped.
     bounds
         By place: its bound.
     others

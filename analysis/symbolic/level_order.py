@@ -86,8 +86,6 @@ class OrderSearch:
     ----------
     encoding
         Levels and events of the net.
-    events
-        Its events as arrays.
     seed
         Seed of the random moves: the same seed and work give the same order.
     memory

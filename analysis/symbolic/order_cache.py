@@ -41,13 +41,7 @@ def structure_key(net: CompiledNet) -> str:
 
 @dataclass(frozen=True)
 class OrderCache:
-    """The file of orders of one model.
-
-    Attributes
-    ----------
-    model : Path
-        The model's file.
-    """
+    """The file of orders of one model."""
 
     model: Path
 

@@ -34,8 +34,6 @@ class Diagram:
 
     Parameters
     ----------
-    encoding
-        Levels and events.
     order
         Indices of the encoding's levels, bottom first.
     memory

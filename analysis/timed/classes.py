@@ -33,8 +33,6 @@ class ClassGraph:
         Classes in which nothing can fire, however long one waits.
     reason : str or None
         Why it is not complete: "time", "memory", "states", "tokens" or "interrupted".
-    memory_bytes : int
-        Bytes of the tables.
     """
 
     kind: Kind

@@ -66,15 +66,7 @@ class TimedGraph:
 
 
 class EdgeWays:
-    """Shortest ways in a graph of numbered nodes.
-
-    Parameters
-    ----------
-    size : int
-        Number of nodes.
-    source, target : int64 arrays, shape (edges,)
-        The edges.
-    """
+    """Shortest ways in a graph of numbered nodes."""
 
     def __init__(self, size: int, source: Int64Array, target: Int64Array) -> None:
         self._edges = np.argsort(source, kind="stable")

@@ -41,8 +41,6 @@ class PlainClass:
 
     Attributes
     ----------
-    marking : tuple of int
-        Tokens by place.
     enabled : tuple of int
         The transitions that have their tokens, ascending.
     matrix : Matrix

@@ -24,8 +24,6 @@ class TinaCounts:
 
     Attributes
     ----------
-    states, arcs : int
-        Markings, and arcs between them.
     deadlocks : int or None
         Markings that enable nothing, if TINA reports them.
     is_bounded : bool
@@ -40,11 +38,6 @@ class TinaCounts:
 
 def count(net: CompiledNet, budget: Budget = UNLIMITED) -> TinaCounts:
     """Let TINA build the marking graph of a net.
-
-    Parameters
-    ----------
-    budget : Budget, optional
-        How long it may take.
 
     Raises
     ------

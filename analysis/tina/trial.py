@@ -62,8 +62,6 @@ def ask(place: Workplace, graph: str, text: str) -> bool:
         Where the graph is.
     graph : str
         The name of its file.
-    text : str
-        The formula.
 
     Raises
     ------

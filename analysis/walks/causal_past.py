@@ -28,8 +28,6 @@ class TokenNeed:
 
     Attributes
     ----------
-    place : int
-        Index of the place.
     position : int
         How many firings have been before.
     bound : {"at least", "at most"}

@@ -89,10 +89,6 @@ def first_round(
 
     Parameters
     ----------
-    transitions : iterable of int
-        Which transitions are looked for.
-    asks_deadlock : bool
-        Whether a deadlock is looked for.
     growing : collection of int
         Places of which it is asked whether they grow without bound.
     """

@@ -23,8 +23,6 @@ class Edge(NamedTuple):
         Bits of atoms that must be true, and false.
     marks : int
         Bits of acceptance marks.
-    target : int
-        State.
     """
 
     positive: int
@@ -45,10 +43,6 @@ class Automaton:
     ----------
     atoms : tuple of Atom
         What the bits of letters mean.
-    marks : int
-        Number of acceptance marks.
-    initial : int
-        Initial state.
     edges : tuple of tuples of Edge
         Outgoing edges by state.
     """

@@ -33,8 +33,6 @@ def climb(
         A marking, near the goal.
     is_near : callable
         Whether a goal can be reached from a marking through such markings only.
-    is_goal : callable
-        Whether a marking is a goal.
     repeatable : frozenset of int
         See `dineros.analysis.nets.repetition`.
     """

@@ -55,10 +55,6 @@ def decide_endless(
 
     Parameters
     ----------
-    tree : Formula
-        A formula of CTL.
-    names : Names
-        The elements that names refer to.
     check : callable
         Decides a formula on a bounded net.
     """

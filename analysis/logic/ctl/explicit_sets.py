@@ -68,13 +68,7 @@ class FlaggedSets(ABC):
 
 
 class ExplicitSets(FlaggedSets):
-    """The `StateSets` of a stored graph.
-
-    Parameters
-    ----------
-    graph : StateGraph
-        The explored graph.
-    """
+    """The `StateSets` of a stored graph."""
 
     def __init__(self, graph: StateGraph) -> None:
         super().__init__(graph.arcs)

@@ -61,8 +61,6 @@ def decide_with_limits(
     ----------
     tree : Formula
         A CTL formula whose conditions are comparisons of places with proved bounds.
-    names : Names
-        The elements that names refer to.
     most_work : int, optional
         Cache misses of saturation after which it gives up; about three million per second.
 

@@ -44,8 +44,6 @@ def explanation(
 
     Parameters
     ----------
-    formula : Formula
-        An LTL formula.
     stem, loop : sequence of letters
         The run ``stem loop loop ...``; the loop has at least one letter.
     is_true : callable

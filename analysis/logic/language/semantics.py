@@ -40,8 +40,6 @@ def holds_on_lasso(
 
     Parameters
     ----------
-    formula : Formula
-        Any LTL formula.
     stem, loop : sequence of letters
         The word; the loop has at least one letter.
     is_true : callable

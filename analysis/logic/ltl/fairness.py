@@ -37,7 +37,6 @@ class InnerGraph:
     sources, targets : int32 arrays
         Ends of the edges, as positions in `states`.
     edge_marks : int64 array, shape (edges, words)
-        Marks of edges.
     disabled : int64 array, shape (states, words)
         Marks of weakly fair transitions that are disabled in a state.
     asked : int64 array, shape (states, words)

@@ -113,12 +113,6 @@ class Smaller:
 
     Attributes
     ----------
-    original : CompiledNet
-        The net with its free parts.
-    parts : tuple of FreePart
-        The removed parts.
-    net : CompiledNet
-        The smaller net.
     names : Names
         The elements of the smaller net that names refer to.
     weak, strong : tuple of str

@@ -103,10 +103,6 @@ class EndlessRuns:
 
     Attributes
     ----------
-    names : Names
-        The elements that names refer to.
-    weak, strong : tuple of str
-        Names of fair transitions.
     verify : callable
         Decides the formula on a bounded net.
     """

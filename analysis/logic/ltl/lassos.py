@@ -19,8 +19,6 @@ class ProductRun:
 
     Attributes
     ----------
-    stem : tuple of int
-        Transitions fired first.
     loop : tuple of int
         Transitions fired repeatedly; empty if the run ends in a deadlock.
     """

@@ -25,12 +25,8 @@ def shortened(run: ProductRun, product: Product, most_states: int) -> ProductRun
 
     Parameters
     ----------
-    run : ProductRun
-        A run found before.
     product : Product
         The same product, with only its initial state stored.
-    most_states : int
-        Maximum number of states.
     """
     try:
         expanded = _explore(product, most_states)

@@ -47,8 +47,6 @@ class StoredMarkings(Method):
 
     Attributes
     ----------
-    most_states : int, optional
-        Maximum number of markings.
     memory : float
         Share of the memory for them.
     """

@@ -29,8 +29,6 @@ class ReducedNet(Method):
 
     Attributes
     ----------
-    plan : Plan
-        Plan for the reduced net.
     by : str
         Name of the method in the answer.
     """

@@ -77,12 +77,8 @@ def solved(
     ----------
     net
         The net of the encoding; the bounds of its places are proved.
-    encoding
-        Levels and events.
     budget
         Its memory limits the diagram.
-    effort
-        What it may cost.
 
     Returns
     -------

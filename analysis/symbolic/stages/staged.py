@@ -67,8 +67,6 @@ def staged(
 
     Parameters
     ----------
-    encoding
-        Levels and events.
     memory
         As for `Diagram`.
     progress

@@ -13,8 +13,6 @@ def shortest_way(graph: TimedGraph, allowed: Flags, goals: Flags) -> list[int] |
 
     Parameters
     ----------
-    graph
-        The classes.
     allowed, goals
         By edge. A goal that is not allowed counts for nothing.
 

@@ -45,8 +45,6 @@ class Watched:
     ----------
     original, net : TimedNet
         Without and with the observer.
-    place : dict of str to int
-        The places of the observer.
     copy_of : dict of int to int
         By copy of a transition that is noticed, the transition.
     """

@@ -18,8 +18,6 @@ class TimedStep:
 
     Attributes
     ----------
-    rule : str
-        Name of the rule.
     removed : str
         The place or the transition that went.
     """
