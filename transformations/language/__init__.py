@@ -1,10 +1,12 @@
 """The rule language and its engine; both are independent of Petri nets. See `docs/rule_language.md`."""
 
 from dineros.transformations.language.creation import Copy, ForAll, Fragment, New, image
+from dineros.transformations.language.datatypes import REAL, TRUTH, WHOLE
 from dineros.transformations.language.engine import Engine
 from dineros.transformations.language.errors import RuleError
-from dineros.transformations.language.expressions import Expression, Path
+from dineros.transformations.language.expressions import Expression, Match, Path, Text
 from dineros.transformations.language.functions import (
+    Query,
     ancestor,
     count,
     either,
@@ -15,10 +17,14 @@ from dineros.transformations.language.functions import (
     number,
     position,
 )
+from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Absent, Index, Made, Node, Pattern
 from dineros.transformations.language.rule import Rule
 
 __all__ = [
+    "REAL",
+    "TRUTH",
+    "WHOLE",
     "Absent",
     "Copy",
     "Engine",
@@ -27,12 +33,16 @@ __all__ = [
     "Fragment",
     "Index",
     "Made",
+    "Match",
+    "Meaning",
     "New",
     "Node",
     "Path",
     "Pattern",
+    "Query",
     "Rule",
     "RuleError",
+    "Text",
     "ancestor",
     "count",
     "either",

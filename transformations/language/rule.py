@@ -41,8 +41,10 @@ class Rule(Maker, metaclass=RuleType):
         Elements to match; by default, all such elements of the class body and of its patterns, in order,
         except those in `Absent` or `ForAll`.
     rhs : sequence of Node, Made, Index, New, Copy or ForAll, optional
-        Elements after the application; by default, the left-hand side and all elements that the class body
-        makes, in order.
+        Elements after the application; by default, the left-hand side without `deletes`, and all elements
+        that the class body makes, in order.
+    deletes : sequence of Node, optional
+        Elements of the left-hand side that the application deletes.
     where : sequence of Expression
         Conditions that a match must fulfil.
     absent : sequence of Absent
@@ -50,6 +52,7 @@ class Rule(Maker, metaclass=RuleType):
     """
 
     rhs: ClassVar[Sequence[Variable | ForAll]]
+    deletes: ClassVar[Sequence[Node]] = ()
     where: ClassVar[Sequence[Expression]] = ()
     absent: ClassVar[Sequence[Absent]] = ()
     created: ClassVar[dict[str, New | Copy]] = {}
@@ -73,7 +76,8 @@ class Rule(Maker, metaclass=RuleType):
         if "lhs" not in names:
             cls.lhs = list(_matched(cls, names))
         if "rhs" not in names:
-            cls.rhs = [*cls.lhs, *_made(names)]
+            gone = set(cls.deletes)
+            cls.rhs = [*(element for element in cls.lhs if element not in gone), *_made(names)]
         _require_lists(cls)
         roles = _roles(names)
         _name(cls, names, roles)

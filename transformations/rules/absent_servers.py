@@ -11,12 +11,11 @@ from __future__ import annotations
 
 from dineros.metamodel import sym
 from dineros.metamodel.records import Drop, Transfer
+from dineros.transformations.language import Index, Made, Meaning, Node
 from dineros.transformations.language.errors import LANGUAGE
-from dineros.transformations.language.meaning import Meaning
-from dineros.transformations.language.patterns import Index, Made, Node
 from dineros.transformations.rules.clients.requests import R8
 from dineros.transformations.rules.lifecycle import L1, Configuring, Leaving
-from dineros.transformations.rules.notation import Bound, arc, read, transition
+from dineros.transformations.rules.notation import Bound, arc, arcs_at, read, transition
 from dineros.transformations.rules.phases import Phase, StandardRule
 from dineros.transformations.rules.requests import (
     HISTORY,
@@ -165,13 +164,7 @@ class L7(StandardRule, phase=Phase.disappearing, middleware="ros2"):
         "{service.id}.client.{client.client}.left",
         means=_lost("left", "node net {serving} is not there any more"),
     )
-    arcs = [
-        arc(requests, left),
-        arc(load, left),
-        arc(left, lost),
-        arc(left, capacity),
-        read(away, left),
-    ]
+    arcs = arcs_at(left, [requests, load], [lost, capacity], reads=[away])
 
     where = [MayLeave(service, server), SendsOnce(client)]
 
@@ -198,13 +191,7 @@ class L7Again(StandardRule, phase=Phase.disappearing, middleware="ros2"):
             part="again",
         ),
     )
-    arcs = [
-        arc(requests, again),
-        arc(load, again),
-        arc(again, sent),
-        arc(again, capacity),
-        read(away, again),
-    ]
+    arcs = arcs_at(again, [requests, load], [sent, capacity], reads=[away])
 
     where = [MayLeave(service, server), ~SendsOnce(client)]
 

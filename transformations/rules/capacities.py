@@ -7,10 +7,7 @@ place (Reisig, Petri Nets, 1985, Sect. 6.3).
 from __future__ import annotations
 
 from dineros.metamodel import calls, pn, sym
-from dineros.transformations.language.creation import ForAll
-from dineros.transformations.language.functions import count, either, greatest, less
-from dineros.transformations.language.meaning import Meaning
-from dineros.transformations.language.patterns import Made, Node
+from dineros.transformations.language import ForAll, Made, Meaning, Node, count, either, greatest, less
 from dineros.transformations.rules.histories import Publication
 from dineros.transformations.rules.notation import Bound, DeclaredBound, arc, read
 from dineros.transformations.rules.phases import Phase, StandardRule

@@ -9,7 +9,8 @@ from functools import cache, cached_property
 from importlib import import_module
 
 from dineros.metamodel.errors import UnknownElementError, near_matches
-from dineros.transformations.language.rule import Rule, RuleType
+from dineros.transformations.language import Rule
+from dineros.transformations.language.rule import RuleType
 from dineros.transformations.rules.phases import (
     MiddlewareVariant,
     OverflowVariant,

@@ -13,15 +13,11 @@ from dineros.metamodel import sym
 from dineros.metamodel.matching import is_kept
 from dineros.metamodel.records import Drop, Transfer
 from dineros.metamodel.records.schema import Step
-from dineros.transformations.language.creation import New
-from dineros.transformations.language.datatypes import TRUTH
+from dineros.transformations.language import TRUTH, Made, Meaning, New, Node, Query, ancestor
 from dineros.transformations.language.errors import LANGUAGE
-from dineros.transformations.language.functions import Query, ancestor
-from dineros.transformations.language.meaning import Meaning
-from dineros.transformations.language.patterns import Made, Node
 from dineros.transformations.rules.histories import PAIR, R2, R3, WRITER, ReaderRoom, WriterRoom
 from dineros.transformations.rules.lifecycle import L1, Configuring, L1Shutdown, Leaves, Leaving
-from dineros.transformations.rules.notation import arc, place, read, transition
+from dineros.transformations.rules.notation import arc, arcs_at, place, read, topic_with_ports, transition
 from dineros.transformations.rules.phases import Phase, StandardRule
 from dineros.transformations.rules.services import Home
 
@@ -49,9 +45,7 @@ MISSED = "a message of {publisher} on topic {topic} is lost: {subscriber} of nod
 class L4(StandardRule, phase=Phase.appearing, middleware="ros2"):
     """A message for a reader that is not configured is lost."""
 
-    channel = Node(sym.TopicChannel)
-    writer = Node(sym.PublisherPort, channel=channel)
-    reader = Node(sym.SubscriberPort, channel=channel)
+    channel, writer, reader = topic_with_ports()
     node = Node(sym.NodeNet, of=ancestor(reader.place, sym.NodeNet))
     written = Made(R2.written, of=[writer, reader])
     queue = Made(R2.queue, of=[writer, reader])
@@ -68,9 +62,7 @@ class L4(StandardRule, phase=Phase.appearing, middleware="ros2"):
 class L4Kept(StandardRule, phase=Phase.appearing, middleware="ros2"):
     """If late readers get what a writer keeps, only messages for a node that was shut down are lost."""
 
-    channel = Node(sym.TopicChannel)
-    writer = Node(sym.PublisherPort, channel=channel)
-    reader = Node(sym.SubscriberPort, channel=channel)
+    channel, writer, reader = topic_with_ports()
     node = Node(sym.NodeNet, of=ancestor(reader.place, sym.NodeNet))
     written = Made(R2.written, of=[writer, reader])
     queue = Made(R2.queue, of=[writer, reader])
@@ -139,9 +131,7 @@ LEFT = "a message of the {queue} is lost: node net {reading} is not there any mo
 class L4Left(StandardRule, phase=Phase.appearing, middleware="ros2"):
     """Messages that are not delivered before their reader leaves are lost."""
 
-    channel = Node(sym.TopicChannel)
-    writer = Node(sym.PublisherPort, channel=channel)
-    reader = Node(sym.SubscriberPort, channel=channel)
+    channel, writer, reader = topic_with_ports()
     node = Node(sym.NodeNet, of=ancestor(reader.place, sym.NodeNet))
     life = Node(sym.Lifecycle, of=node.lifecycle)
     queue = Made(R2.queue, of=[writer, reader])
@@ -156,9 +146,7 @@ class L4Left(StandardRule, phase=Phase.appearing, middleware="ros2"):
 class L4LeftKept(StandardRule, phase=Phase.appearing, middleware="ros2"):
     """Messages stored for a late reader are lost when it is shut down."""
 
-    channel = Node(sym.TopicChannel)
-    writer = Node(sym.PublisherPort, channel=channel)
-    reader = Node(sym.SubscriberPort, channel=channel)
+    channel, writer, reader = topic_with_ports()
     node = Node(sym.NodeNet, of=ancestor(reader.place, sym.NodeNet))
     life = Node(sym.Lifecycle, of=node.lifecycle, shutsDown=True)
     queue = Made(R2.queue, of=[writer, reader])
@@ -173,9 +161,7 @@ class L4LeftKept(StandardRule, phase=Phase.appearing, middleware="ros2"):
 class L4Gone(StandardRule, phase=Phase.appearing, middleware="ros2"):
     """Messages that a writer has not delivered when it leaves are lost."""
 
-    channel = Node(sym.TopicChannel)
-    writer = Node(sym.PublisherPort, channel=channel)
-    reader = Node(sym.SubscriberPort, channel=channel)
+    channel, writer, reader = topic_with_ports()
     node = Node(sym.NodeNet, of=Home(writer.place))
     life = Node(sym.Lifecycle, of=node.lifecycle)
     queue = Made(R2.queue, of=[writer, reader])
@@ -259,9 +245,7 @@ class L4Cleared(StandardRule, phase=Phase.appearing, middleware="ros2"):
 class L5(StandardRule, phase=Phase.disappearing, middleware="ros2"):
     """A writer keeps what it has delivered, for a late reader that comes again."""
 
-    channel = Node(sym.TopicChannel)
-    writer = Node(sym.PublisherPort, channel=channel)
-    reader = Node(sym.SubscriberPort, channel=channel)
+    channel, writer, reader = topic_with_ports()
     node = Node(sym.NodeNet, of=ancestor(reader.place, sym.NodeNet))
     life = Node(sym.Lifecycle, of=node.lifecycle, cleansUp=True)
     queue = Made(R2.queue, of=[writer, reader])
@@ -297,9 +281,7 @@ class L5(StandardRule, phase=Phase.disappearing, middleware="ros2"):
 class L5Replace(StandardRule, phase=Phase.disappearing, middleware="ros2"):
     """Where there is no more room, a new message takes that of the oldest that is delivered."""
 
-    channel = Node(sym.TopicChannel)
-    writer = Node(sym.PublisherPort, channel=channel)
-    reader = Node(sym.SubscriberPort, channel=channel)
+    channel, writer, reader = topic_with_ports()
     written = Made(R2.written, of=[writer, reader])
     queue = Made(R2.queue, of=[writer, reader])
     delivered = Made(L5.delivered, of=[writer, reader])
@@ -308,11 +290,7 @@ class L5Replace(StandardRule, phase=Phase.disappearing, middleware="ros2"):
 
     replace = _step("replace", "{queue} takes a message in place of one that is delivered", Transfer)
     arcs = [
-        arc(written, replace),
-        arc(delivered, replace),
-        arc(replace, undelivered),
-        arc(queue.capacity, replace),
-        arc(replace, queue.load),
+        *arcs_at(replace, [written, delivered, queue.capacity], [undelivered, queue.load]),
         read(kept, replace, weight=writer.limit),
     ]
 
@@ -332,9 +310,7 @@ class L5ReplaceFinalized(StandardRule, phase=Phase.disappearing, middleware="ros
 class L5Again(StandardRule, phase=Phase.disappearing, middleware="ros2"):
     """A reader that comes again gets again what its writer keeps."""
 
-    channel = Node(sym.TopicChannel)
-    writer = Node(sym.PublisherPort, channel=channel)
-    reader = Node(sym.SubscriberPort, channel=channel)
+    channel, writer, reader = topic_with_ports()
     node = Node(sym.NodeNet, of=ancestor(reader.place, sym.NodeNet))
     queue = Made(R2.queue, of=[writer, reader])
     delivered = Made(L5.delivered, of=[writer, reader])
@@ -342,21 +318,13 @@ class L5Again(StandardRule, phase=Phase.disappearing, middleware="ros2"):
     unconfigured = Made(L1.unconfigured, of=node)
 
     again = _step("again", "{queue} is to deliver a message again", Transfer)
-    arcs = [
-        arc(delivered, again),
-        arc(again, undelivered),
-        arc(queue.capacity, again),
-        arc(again, queue.load),
-        read(unconfigured, again),
-    ]
+    arcs = arcs_at(again, [delivered, queue.capacity], [undelivered, queue.load], reads=[unconfigured])
 
 
 class L5Forget(StandardRule, phase=Phase.disappearing, middleware="ros2"):
     """A writer that goes keeps nothing."""
 
-    channel = Node(sym.TopicChannel)
-    writer = Node(sym.PublisherPort, channel=channel)
-    reader = Node(sym.SubscriberPort, channel=channel)
+    channel, writer, reader = topic_with_ports()
     node = Node(sym.NodeNet, of=Home(writer.place))
     gone = Made(L4Gone.gone, of=[writer, reader])
     delivered = Made(L5.delivered, of=[writer, reader])

@@ -10,13 +10,11 @@ from collections.abc import Mapping
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
-from dineros.transformations.language.creation import Fragment, New
-from dineros.transformations.language.expressions import Expression
+from dineros.transformations.language import Expression, Fragment, Meaning, New
 from dineros.transformations.language.functions import ancestor, count
-from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Absent, Index, Made, Node, Pattern
 from dineros.transformations.rules.histories import R3
-from dineros.transformations.rules.notation import arc, place, read
+from dineros.transformations.rules.notation import arc, arcs_at, place, read
 from dineros.transformations.rules.phases import Phase, StandardRule
 from dineros.transformations.rules.queries.callbacks import (
     Awaited,
@@ -349,10 +347,6 @@ class E7GiveUp(StandardRule, phase=Phase.exclusion, middleware="ros2"):
     given = Made(AbandonedCall, of=client)
     on = AwaitingExecution(page)
 
-    goes_on = [
-        arc(on.awaiting, given.give_up),
-        arc(on.threads, given.give_up),
-        arc(given.give_up, on.running),
-    ]
+    goes_on = arcs_at(given.give_up, [on.awaiting, on.threads], [on.running])
 
     where = [Awaited(client)]

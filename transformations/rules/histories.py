@@ -15,14 +15,18 @@ from dineros.metamodel.base import EObject
 from dineros.metamodel.elements import node_net_of
 from dineros.metamodel.matching import are_matched, is_best_effort
 from dineros.metamodel.records import Drop, Publish, Take
-from dineros.transformations.language.creation import ForAll, Fragment, New
-from dineros.transformations.language.datatypes import TRUTH
+from dineros.transformations.language import TRUTH, Expression, ForAll, Fragment, Meaning, New
 from dineros.transformations.language.errors import LANGUAGE
-from dineros.transformations.language.expressions import Expression
 from dineros.transformations.language.functions import Query, enclosing
-from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Absent, Made, Node
-from dineros.transformations.rules.notation import Bound, OverflowQueue, arc, place, transition
+from dineros.transformations.rules.notation import (
+    Bound,
+    OverflowQueue,
+    arc,
+    place,
+    topic_with_ports,
+    transition,
+)
 from dineros.transformations.rules.phases import Phase, StandardRule
 from dineros.transformations.rules.queries.times import PublishesWithoutEnd
 from dineros.transformations.rules.services import S4, CopiedPublisher
@@ -123,9 +127,7 @@ class R3(StandardRule, phase=Phase.publications, middleware="ros2"):
 class R2(StandardRule, phase=Phase.publications, middleware="ros2"):
     """Writer history of each publisher port for each subscriber port that matches it."""
 
-    channel = Node(sym.TopicChannel)
-    writer = Node(sym.PublisherPort, channel=channel)
-    reader = Node(sym.SubscriberPort, channel=channel)
+    channel, writer, reader = topic_with_ports()
     received = Made(R3.received, of=reader)
 
     written = place(
@@ -186,9 +188,7 @@ class R3RoomManaged(StandardRule, phase=Phase.publications, middleware="ros2", t
 class R2Room(StandardRule, phase=Phase.publications, middleware="ros2", times=False):
     """One published message at a time is written."""
 
-    channel = Node(sym.TopicChannel)
-    writer = Node(sym.PublisherPort, channel=channel)
-    reader = Node(sym.SubscriberPort, channel=channel)
+    channel, writer, reader = topic_with_ports()
     written = Made(R2.written, of=[writer, reader])
 
     bound = WriterRoom(written)
@@ -197,9 +197,7 @@ class R2Room(StandardRule, phase=Phase.publications, middleware="ros2", times=Fa
 class R2RoomManaged(StandardRule, phase=Phase.publications, middleware="ros2", times=True):
     """So it is from or to a node that comes and goes."""
 
-    channel = Node(sym.TopicChannel)
-    writer = Node(sym.PublisherPort, channel=channel)
-    reader = Node(sym.SubscriberPort, channel=channel)
+    channel, writer, reader = topic_with_ports()
     written = Made(R2.written, of=[writer, reader])
 
     bound = WriterRoom(written)
@@ -210,9 +208,7 @@ class R2RoomManaged(StandardRule, phase=Phase.publications, middleware="ros2", t
 class R2RoomOpen(StandardRule, phase=Phase.publications, middleware="ros2", times=True):
     """So it is, too, if nothing bounds how many messages are published in no time."""
 
-    channel = Node(sym.TopicChannel)
-    writer = Node(sym.PublisherPort, channel=channel)
-    reader = Node(sym.SubscriberPort, channel=channel)
+    channel, writer, reader = topic_with_ports()
     written = Made(R2.written, of=[writer, reader])
 
     bound = WriterRoom(written)
@@ -250,9 +246,7 @@ class R1Instance(StandardRule, phase=Phase.publications, middleware="ros2"):
 class R4(StandardRule, phase=Phase.deliveries, middleware="ros2"):
     """A message between two ports may be lost on the way where one of them is best-effort."""
 
-    channel = Node(sym.TopicChannel)
-    writer = Node(sym.PublisherPort, channel=channel)
-    reader = Node(sym.SubscriberPort, channel=channel)
+    channel, writer, reader = topic_with_ports()
     queue = Made(R2.queue, of=[writer, reader])
 
     lose = transition(

@@ -12,13 +12,10 @@ from collections.abc import Mapping
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.records import Drop, Lifecycle
-from dineros.transformations.language.creation import Fragment, New
-from dineros.transformations.language.datatypes import TRUTH
+from dineros.transformations.language import TRUTH, Expression, Fragment, Meaning, New
 from dineros.transformations.language.errors import LANGUAGE
-from dineros.transformations.language.expressions import Expression
 from dineros.transformations.language.functions import Query, ancestor
-from dineros.transformations.language.meaning import Meaning
-from dineros.transformations.language.patterns import Absent, Index, Made, Node
+from dineros.transformations.language.patterns import Absent, Index, Made, Node, Pattern
 from dineros.transformations.rules.executors import E1, Lock
 from dineros.transformations.rules.histories import R3, Publication
 from dineros.transformations.rules.notation import arc, place, read, transition
@@ -182,64 +179,70 @@ class L1Shutdown(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
     )
 
 
+class StartOrder(Pattern):
+    """Two managed nodes, each with its lifecycle, whose steps in the start order are compared."""
+
+    def __init__(self) -> None:
+        self.node = Node(sym.NodeNet)
+        self.life = Node(sym.Lifecycle, of=self.node.lifecycle)
+        self.other = Node(sym.NodeNet)
+        self.earlier = Node(sym.Lifecycle, of=self.other.lifecycle)
+
+
 class L1Configured(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
     """A node is configured after those that an earlier step of the start order configures."""
 
-    node = Node(sym.NodeNet)
-    life = Node(sym.Lifecycle, of=node.lifecycle)
-    other = Node(sym.NodeNet)
-    earlier = Node(sym.Lifecycle, of=other.lifecycle)
-    change = Made(Configuring, of=node)
-    configured = Made(L1.configured, of=other)
+    order = StartOrder()
+    change = Made(Configuring, of=order.node)
+    configured = Made(L1.configured, of=order.other)
 
     waits = read(configured, change.move)
 
-    where = [earlier.configureStep > 0, earlier.configureStep < life.configureStep]
+    where = [order.earlier.configureStep > 0, order.earlier.configureStep < order.life.configureStep]
 
 
 class L1ConfiguredActive(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
     """A node is configured after those that an earlier step activates."""
 
-    node = Node(sym.NodeNet)
-    life = Node(sym.Lifecycle, of=node.lifecycle)
-    other = Node(sym.NodeNet)
-    earlier = Node(sym.Lifecycle, of=other.lifecycle)
-    change = Made(Configuring, of=node)
-    active = Made(L1.active, of=other)
+    order = StartOrder()
+    change = Made(Configuring, of=order.node)
+    active = Made(L1.active, of=order.other)
 
     waits = read(active, change.move)
 
-    where = [other != node, earlier.activateStep > 0, earlier.activateStep < life.configureStep]
+    where = [
+        order.other != order.node,
+        order.earlier.activateStep > 0,
+        order.earlier.activateStep < order.life.configureStep,
+    ]
 
 
 class L1Activated(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
     """A node is activated after those that an earlier step configures."""
 
-    node = Node(sym.NodeNet)
-    life = Node(sym.Lifecycle, of=node.lifecycle)
-    other = Node(sym.NodeNet)
-    earlier = Node(sym.Lifecycle, of=other.lifecycle)
-    change = Made(Activating, of=node)
-    configured = Made(L1.configured, of=other)
+    order = StartOrder()
+    change = Made(Activating, of=order.node)
+    configured = Made(L1.configured, of=order.other)
 
     waits = read(configured, change.move)
 
-    where = [other != node, earlier.configureStep > 0, earlier.configureStep < life.activateStep]
+    where = [
+        order.other != order.node,
+        order.earlier.configureStep > 0,
+        order.earlier.configureStep < order.life.activateStep,
+    ]
 
 
 class L1ActivatedActive(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
     """A node is activated after those that an earlier step activates."""
 
-    node = Node(sym.NodeNet)
-    life = Node(sym.Lifecycle, of=node.lifecycle)
-    other = Node(sym.NodeNet)
-    earlier = Node(sym.Lifecycle, of=other.lifecycle)
-    change = Made(Activating, of=node)
-    active = Made(L1.active, of=other)
+    order = StartOrder()
+    change = Made(Activating, of=order.node)
+    active = Made(L1.active, of=order.other)
 
     waits = read(active, change.move)
 
-    where = [earlier.activateStep > 0, earlier.activateStep < life.activateStep]
+    where = [order.earlier.activateStep > 0, order.earlier.activateStep < order.life.activateStep]
 
 
 class L1Thread(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
@@ -314,45 +317,44 @@ class L2Away(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
     where = [Leaves(life)]
 
 
+class WorkingNode(Pattern):
+    """A managed node of an execution, around an element, and the place of its state in which it works."""
+
+    def __init__(self, inside: Expression, execution: str) -> None:
+        self.node = Node(sym.NodeNet, execution=execution, of=ancestor(inside, sym.NodeNet))
+        self.life = Node(sym.Lifecycle, of=self.node.lifecycle)
+        self.active = Made(L1.active, of=self.node)
+        self.configured = Made(L1.configured, of=self.node)
+        self.works = Node(pn.Place, of=Working(self.life, self.active, self.configured))
+
+
 class L3(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
     """Nothing of a node's net happens before it is configured, or active where it pauses."""
 
     move = Node(pn.Transition)
-    node = Node(sym.NodeNet, execution="net", of=ancestor(move, sym.NodeNet))
-    life = Node(sym.Lifecycle, of=node.lifecycle)
-    active = Made(L1.active, of=node)
-    configured = Made(L1.configured, of=node)
-    works = Node(pn.Place, of=Working(life, active, configured))
+    on = WorkingNode(move, "net")
 
-    waits = read(works, move)
+    waits = read(on.works, move)
 
 
 class L3Begin(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
     """Of a node that runs callbacks, no timer's callback begins."""
 
     page = Node(sym.CallbackPage)
-    node = Node(sym.NodeNet, execution="callbacks", of=ancestor(page, sym.NodeNet))
     start = Made(Start, of=page)
-    life = Node(sym.Lifecycle, of=node.lifecycle)
-    active = Made(L1.active, of=node)
-    configured = Made(L1.configured, of=node)
-    works = Node(pn.Place, of=Working(life, active, configured))
+    on = WorkingNode(page, "callbacks")
 
-    waits = read(works, start.begin)
+    waits = read(on.works, start.begin)
 
 
 class L3Outside(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
     """Nor does anything happen outside of its callbacks."""
 
     move = Node(pn.Transition)
-    node = Node(sym.NodeNet, execution="callbacks", of=ancestor(move, sym.NodeNet))
-    life = Node(sym.Lifecycle, of=node.lifecycle)
-    active = Made(L1.active, of=node)
-    configured = Made(L1.configured, of=node)
-    works = Node(pn.Place, of=Working(life, active, configured))
+    on = WorkingNode(move, "callbacks")
     page = Node(sym.CallbackPage, of=Callback(move))
 
-    waits = read(works, move)
+    waits = read(on.works, move)
 
     absent = [Absent(page)]
 

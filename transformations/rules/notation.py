@@ -1,24 +1,41 @@
-"""Shorthands for rules about Petri nets: places, transitions, arcs, and the overflow queue."""
+"""Shorthands for rules: channels with ports, places, transitions, arcs, and the overflow queue."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from dineros.metamodel import pn, pnm
+from dineros.metamodel import pn, pnm, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.records import Drop, Signal, Transfer
 from dineros.metamodel.records.schema import Step
-from dineros.transformations.language.creation import Fragment, New
+from dineros.transformations.language import Expression, Fragment, Made, Meaning, New, Node, Path, Text, less
 from dineros.transformations.language.errors import LANGUAGE
-from dineros.transformations.language.expressions import Expression, Path, Text, as_expression
-from dineros.transformations.language.functions import less
-from dineros.transformations.language.meaning import Meaning, QueueKind
-from dineros.transformations.language.patterns import Context, Made
+from dineros.transformations.language.expressions import as_expression
+from dineros.transformations.language.meaning import QueueKind
+from dineros.transformations.language.patterns import Context
 
 LANGUAGE.add(__name__)
 
 SHEET = Context(pnm.Sheet)
 """The page to which the rules add elements."""
+
+
+def topic_with_ports() -> tuple[Node, Node, Node]:
+    """Return a topic, one of its publishers and one of its subscribers."""
+    channel = Node(sym.TopicChannel)
+    return channel, Node(sym.PublisherPort, channel=channel), Node(sym.SubscriberPort, channel=channel)
+
+
+def service_with_client() -> tuple[Node, Node]:
+    """Return a service and one of its clients."""
+    service = Node(sym.ServiceChannel)
+    return service, Node(sym.ClientPort, channel=service)
+
+
+def action_with_client() -> tuple[Node, Node]:
+    """Return an action and one of its clients."""
+    action = Node(sym.ActionChannel)
+    return action, Node(sym.ActionClientPort, channel=action)
 
 
 def place(id: str, tokens: object = 0, means: Meaning | None = None, *, carries: bool = False) -> New:
@@ -90,6 +107,23 @@ def read(source: Expression, target: Expression, weight: object = 1) -> New:
 def inhibit(source: Expression, target: Expression, weight: object = 1) -> New:
     """Make an inhibitor arc from a place to a transition."""
     return _arc(source, target, weight, "inhibitor", "-inhibitor")
+
+
+def arcs_at(
+    move: Expression,
+    takes: Sequence[Expression],
+    gives: Sequence[Expression] = (),
+    *,
+    reads: Sequence[Expression] = (),
+    without: Sequence[Expression] = (),
+) -> list[New]:
+    """Make the arcs of a transition: it takes and gives tokens, and tests that places have some or none."""
+    return [
+        *(arc(each, move) for each in takes),
+        *(arc(move, each) for each in gives),
+        *(read(each, move) for each in reads),
+        *(inhibit(each, move) for each in without),
+    ]
 
 
 def _arc(source: Expression, target: Expression, weight: object, kind: str, suffix: str) -> New:

@@ -7,9 +7,8 @@ from enum import IntEnum, auto
 from heapq import heapify, heappop, heappush
 from typing import ClassVar, Literal, TypeAlias
 
+from dineros.transformations.language import Rule, RuleError
 from dineros.transformations.language.engine import makers
-from dineros.transformations.language.errors import RuleError
-from dineros.transformations.language.rule import Rule
 
 SignalVariant: TypeAlias = Literal["none", "fully-enabled", "input-enabled", "io-enabled"]
 MiddlewareVariant: TypeAlias = Literal["ros1", "ros2"]

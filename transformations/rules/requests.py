@@ -23,14 +23,19 @@ from dineros.metamodel.calls import (
     sends_once,
 )
 from dineros.metamodel.records import Drop, GiveUp, Reply, Serve, Transfer
-from dineros.transformations.language.creation import ForAll, Fragment, New, image
-from dineros.transformations.language.datatypes import TRUTH
+from dineros.transformations.language import TRUTH, Expression, ForAll, Fragment, Meaning, New, image
 from dineros.transformations.language.errors import LANGUAGE
-from dineros.transformations.language.expressions import Expression
 from dineros.transformations.language.functions import Query
-from dineros.transformations.language.meaning import Meaning, QueueKind
+from dineros.transformations.language.meaning import QueueKind
 from dineros.transformations.language.patterns import Index, Made, Node
-from dineros.transformations.rules.notation import OverflowQueue, arc, place, transition
+from dineros.transformations.rules.notation import (
+    OverflowQueue,
+    arc,
+    arcs_at,
+    place,
+    service_with_client,
+    transition,
+)
 from dineros.transformations.rules.phases import Phase, StandardRule
 from dineros.transformations.rules.services import S1, S2, S3, S4, Answering, Home, Serving, instances
 
@@ -130,9 +135,7 @@ class Entrance(OverflowQueue):
         self.enter = transition(f"{id}.in", means=enters)
         self.drop = transition(f"{id}.drop", means=drops)
         self.arcs = [
-            arc(source, self.enter),
-            arc(capacity, self.enter),
-            arc(self.enter, load),
+            *arcs_at(self.enter, [source, capacity], [load]),
             *(arc(self.enter, each) for each in kept),
             arc(source, self.drop),
             *(arc(self.drop, each) for each in lost),
@@ -166,8 +169,7 @@ class R5(StandardRule, phase=Phase.services, middleware="ros2"):
 class R5Client(StandardRule, phase=Phase.services, middleware="ros2"):
     """A client's requests go through the history; each call that takes one makes room."""
 
-    service = Node(sym.ServiceChannel)
-    client = Node(sym.ClientPort, channel=service)
+    service, client = service_with_client()
     load = Made(R5.load, of=service)
     capacity = Made(R5.capacity, of=service)
     t_req = Made(S1.t_req, of=client)
@@ -209,8 +211,7 @@ class R5Client(StandardRule, phase=Phase.services, middleware="ros2"):
     t_call = Made(S2.t_call, of=client)
     room = ForAll([t_call], make=[arc(load, t_call), arc(t_call, capacity)])
 
-    lhs = [service, client, load, capacity, t_req, requests, past]
-    rhs = [service, client, load, capacity, t_req, requests, sent, lost, through, *queue, room]
+    deletes = [past]
 
 
 class R6(StandardRule, phase=Phase.services, middleware="ros2"):
@@ -230,8 +231,7 @@ class R6(StandardRule, phase=Phase.services, middleware="ros2"):
 class R6Client(StandardRule, phase=Phase.services, middleware="ros2"):
     """A full history may forget a late request, instead of losing the one that comes."""
 
-    service = Node(sym.ServiceChannel)
-    client = Node(sym.ClientPort, channel=service)
+    service, client = service_with_client()
     late = Made(R6.late, of=service)
     load = Made(R5.load, of=service)
     sent = Made(R5Client.sent, of=client)
@@ -277,12 +277,7 @@ class R6Late(StandardRule, phase=Phase.services, middleware="ros2"):
         ),
         at_once=True,
     )
-    arcs = [
-        arc(exit, t_return),
-        arc(active, t_return),
-        arc(in_use, t_return),
-        arc(t_return, inactive),
-    ]
+    arcs = arcs_at(t_return, [exit, active, in_use], [inactive])
     answering = Answering(t_return)
 
     where = [AnswersNobody(service, Home(service.server.entry))]
@@ -309,15 +304,7 @@ class R6Instance(StandardRule, phase=Phase.services, middleware="ros2"):
             step=Serve,
         ),
     )
-    arcs = [
-        arc(late, t_call),
-        arc(load, t_call),
-        arc(t_call, capacity),
-        arc(inactive, t_call),
-        arc(t_call, entry),
-        arc(t_call, active),
-        arc(t_call, in_use),
-    ]
+    arcs = arcs_at(t_call, [late, load, inactive], [capacity, entry, active, in_use])
     serving = Serving(t_call)
 
 
@@ -356,8 +343,7 @@ class StopsWaiting(AbandonedCall):
 class R7(StandardRule, phase=Phase.services, middleware="ros2"):
     """A client with a time-out gives up what waits for the server, is lost, or is answered and on its way."""
 
-    service = Node(sym.ServiceChannel)
-    client = Node(sym.ClientPort, channel=service)
+    service, client = service_with_client()
     ready = Made(S1.ready, of=client)
     requests = Made(S1.requests, of=client)
     responses = Made(S1.responses, of=client)
@@ -375,8 +361,7 @@ class R7(StandardRule, phase=Phase.services, middleware="ros2"):
 class R7Instance(StandardRule, phase=Phase.services, middleware="ros2"):
     """A client with a time-out gives up while an instance works for it; the instance continues."""
 
-    service = Node(sym.ServiceChannel)
-    client = Node(sym.ClientPort, channel=service)
+    service, client = service_with_client()
     instance = Index(upto=instances(service))
     ready = Made(S1.ready, of=client)
     in_use = Made(S2.in_use, of=[client, instance])
@@ -391,8 +376,7 @@ class R7Instance(StandardRule, phase=Phase.services, middleware="ros2"):
 class R7Sent(StandardRule, phase=Phase.services, middleware="ros2"):
     """A client that sends again until it is answered gives up while the server is not there, too."""
 
-    service = Node(sym.ServiceChannel)
-    client = Node(sym.ClientPort, channel=service)
+    service, client = service_with_client()
     ready = Made(S1.ready, of=client)
     sent = Made(R5Client.sent, of=client)
 

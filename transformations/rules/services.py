@@ -13,12 +13,11 @@ from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.elements import node_net_of
 from dineros.metamodel.records import Reply, Request, Response, Serve
-from dineros.transformations.language.creation import IMAGES, Copy, Fragment, New, image
-from dineros.transformations.language.expressions import Expression, Match
+from dineros.transformations.language import Copy, Expression, Fragment, Match, Meaning, New, image
+from dineros.transformations.language.creation import IMAGES
 from dineros.transformations.language.functions import count, either, enclosing, greatest
-from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Index, Made, Node, Pattern
-from dineros.transformations.rules.notation import arc, place, transition
+from dineros.transformations.rules.notation import arcs_at, place, service_with_client, transition
 from dineros.transformations.rules.phases import Phase, StandardRule
 
 
@@ -160,8 +159,7 @@ class S3(StandardRule, phase=Phase.services):
 class S1(StandardRule, phase=Phase.services):
     """A client's calls: one request at a time, or as many outstanding ones as it specifies (ROS 2)."""
 
-    service = Node(sym.ServiceChannel)
-    client = Node(sym.ClientPort, channel=service)
+    service, client = service_with_client()
     request = Node(pn.Place, of=client.request)
     response = Node(pn.Place, of=client.response)
 
@@ -199,21 +197,13 @@ class S1(StandardRule, phase=Phase.services):
         "{service.id}.client.{client.client}.res",
         means=Meaning("{client} gets its response from service {service}", step=Response),
     )
-    arcs = [
-        arc(request, t_req),
-        arc(ready, t_req),
-        arc(t_req, requests),
-        arc(responses, t_res),
-        arc(t_res, response),
-        arc(t_res, ready),
-    ]
+    arcs = [*arcs_at(t_req, [request, ready], [requests]), *arcs_at(t_res, [responses], [response, ready])]
 
 
 class S2(StandardRule, phase=Phase.services):
     """Each client may be served by each instance."""
 
-    service = Node(sym.ServiceChannel)
-    client = Node(sym.ClientPort, channel=service)
+    service, client = service_with_client()
     instance = Index(upto=instances(service))
     requests = Made(S1.requests, of=client)
     responses = Made(S1.responses, of=client)
@@ -237,16 +227,8 @@ class S2(StandardRule, phase=Phase.services):
         at_once=True,
     )
     arcs = [
-        arc(requests, t_call),
-        arc(inactive, t_call),
-        arc(t_call, entry),
-        arc(t_call, active),
-        arc(t_call, in_use),
-        arc(exit, t_return),
-        arc(active, t_return),
-        arc(in_use, t_return),
-        arc(t_return, responses),
-        arc(t_return, inactive),
+        *arcs_at(t_call, [requests, inactive], [entry, active, in_use]),
+        *arcs_at(t_return, [exit, active, in_use], [responses, inactive]),
     ]
     serving = Serving(t_call)
     answering = Answering(t_return)

@@ -10,11 +10,8 @@ from __future__ import annotations
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.clauses import start_value
-from dineros.transformations.language.creation import ForAll
-from dineros.transformations.language.datatypes import TRUTH
+from dineros.transformations.language import TRUTH, ForAll, Made, Meaning, Node, Pattern
 from dineros.transformations.language.functions import Query, count, number, position
-from dineros.transformations.language.meaning import Meaning
-from dineros.transformations.language.patterns import Made, Node
 from dineros.transformations.rules.notation import SignalChange, ValueChange, arc, place, read
 from dineros.transformations.rules.phases import Phase, SignalVariant, StandardRule
 
@@ -251,6 +248,18 @@ class I1(StandardRule, phase=Phase.signals, signals=ENABLED):
     arcs = [read(true_literals, transition)]
 
 
+class LiteralOfValue(Pattern):
+    """A literal about a value of a signal, the place of this value, and a change of the signal."""
+
+    def __init__(self, *, negated: bool) -> None:
+        self.literal = Node(sym.Literal, negated=negated)
+        self.disjunction = Node(sym.Disjunction, of=self.literal.disjunction)
+        self.value = Node(sym.SignalValue, of=self.literal.signal.values, name=self.literal.value)
+        self.true_literals = Made(I1.true_literals, of=self.disjunction)
+        self.holds = Made(I4Values.holds, of=self.value)
+        self.change = Made(ValueChange, of=self.value)
+
+
 class I2(StandardRule, phase=Phase.signals, signals=ENABLED):
     """A plain literal counts while its signal is true; any transition may change the signal."""
 
@@ -278,58 +287,38 @@ class I3(StandardRule, phase=Phase.signals, signals=ENABLED):
 class I2ValueGained(StandardRule, phase=Phase.signals, signals=ENABLED):
     """A plain literal about a value counts from when its signal gets the value."""
 
-    literal = Node(sym.Literal, negated=False)
-    disjunction = Node(sym.Disjunction, of=literal.disjunction)
-    value = Node(sym.SignalValue, of=literal.signal.values, name=literal.value)
-    true_literals = Made(I1.true_literals, of=disjunction)
-    holds = Made(I4Values.holds, of=value)
-    change = Made(ValueChange, of=value)
+    of = LiteralOfValue(negated=False)
 
-    arcs = [arc(change.change, true_literals)]
+    arcs = [arc(of.change.change, of.true_literals)]
 
-    where = [change.after == holds]
+    where = [of.change.after == of.holds]
 
 
 class I2ValueLost(StandardRule, phase=Phase.signals, signals=ENABLED):
     """A plain literal about a value counts until its signal loses the value."""
 
-    literal = Node(sym.Literal, negated=False)
-    disjunction = Node(sym.Disjunction, of=literal.disjunction)
-    value = Node(sym.SignalValue, of=literal.signal.values, name=literal.value)
-    true_literals = Made(I1.true_literals, of=disjunction)
-    holds = Made(I4Values.holds, of=value)
-    change = Made(ValueChange, of=value)
+    of = LiteralOfValue(negated=False)
 
-    arcs = [arc(true_literals, change.change)]
+    arcs = [arc(of.true_literals, of.change.change)]
 
-    where = [change.before == holds]
+    where = [of.change.before == of.holds]
 
 
 class I3ValueGained(StandardRule, phase=Phase.signals, signals=ENABLED):
     """A negated literal about a value counts until its signal gets the value."""
 
-    literal = Node(sym.Literal, negated=True)
-    disjunction = Node(sym.Disjunction, of=literal.disjunction)
-    value = Node(sym.SignalValue, of=literal.signal.values, name=literal.value)
-    true_literals = Made(I1.true_literals, of=disjunction)
-    holds = Made(I4Values.holds, of=value)
-    change = Made(ValueChange, of=value)
+    of = LiteralOfValue(negated=True)
 
-    arcs = [arc(true_literals, change.change)]
+    arcs = [arc(of.true_literals, of.change.change)]
 
-    where = [change.after == holds]
+    where = [of.change.after == of.holds]
 
 
 class I3ValueLost(StandardRule, phase=Phase.signals, signals=ENABLED):
     """A negated literal about a value counts from when its signal loses the value."""
 
-    literal = Node(sym.Literal, negated=True)
-    disjunction = Node(sym.Disjunction, of=literal.disjunction)
-    value = Node(sym.SignalValue, of=literal.signal.values, name=literal.value)
-    true_literals = Made(I1.true_literals, of=disjunction)
-    holds = Made(I4Values.holds, of=value)
-    change = Made(ValueChange, of=value)
+    of = LiteralOfValue(negated=True)
 
-    arcs = [arc(change.change, true_literals)]
+    arcs = [arc(of.change.change, of.true_literals)]
 
-    where = [change.before == holds]
+    where = [of.change.before == of.holds]

@@ -6,10 +6,7 @@ from collections.abc import Mapping
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
-from dineros.transformations.language.creation import Fragment, New
-from dineros.transformations.language.expressions import Expression
-from dineros.transformations.language.meaning import Meaning
-from dineros.transformations.language.patterns import Made, Node
+from dineros.transformations.language import Expression, Fragment, Made, Meaning, New, Node
 from dineros.transformations.rules.notation import SHEET, arc, place, transition
 from dineros.transformations.rules.phases import Phase, StandardRule
 from dineros.transformations.rules.queries.callbacks import Beginnings
@@ -81,5 +78,4 @@ class D2Needs(StandardRule, phase=Phase.beginnings, middleware="ros2", times=Tru
     )  # fmt: skip
 
     where = [needed != begun]
-    lhs = [page, move, begun, begin, past, needed]
-    rhs = [page, move, begun, begin, needed, taken]
+    deletes = [past]

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from dineros.metamodel import sym
-from dineros.transformations.language.meaning import Meaning
-from dineros.transformations.language.patterns import Made, Node
+from dineros.transformations.language import Made, Meaning, Node
 from dineros.transformations.rules.notation import arc, place, transition
 from dineros.transformations.rules.phases import Phase, StandardRule
 from dineros.transformations.rules.starts import Start

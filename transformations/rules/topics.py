@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.records import Publish, Take, Transfer
-from dineros.transformations.language.functions import ancestor, either, enclosing, first
-from dineros.transformations.language.meaning import Meaning, QueueKind
-from dineros.transformations.language.patterns import Absent, Made, Node
+from dineros.transformations.language import Absent, Made, Meaning, Node, ancestor, either, enclosing, first
+from dineros.transformations.language.meaning import QueueKind
 from dineros.transformations.rules.notation import History, OverflowQueue, arc, inhibit, place, transition
 from dineros.transformations.rules.phases import Phase, StandardRule
 from dineros.transformations.rules.services import S4, CopiedPublisher, PagePublisher

@@ -8,7 +8,7 @@ each of its steps.
 from __future__ import annotations
 
 from dineros.metamodel import pn, sym
-from dineros.transformations.language.patterns import Made, Node
+from dineros.transformations.language import Made, Node
 from dineros.transformations.rules.actions.ends import End
 from dineros.transformations.rules.actions.goals import A1, A2, Heard, Taken
 from dineros.transformations.rules.actions.slots import SlotCallback

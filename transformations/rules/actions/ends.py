@@ -7,9 +7,7 @@ from collections.abc import Mapping
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.records import Finish
-from dineros.transformations.language.creation import Fragment, New, image
-from dineros.transformations.language.expressions import Expression
-from dineros.transformations.language.meaning import Meaning
+from dineros.transformations.language import Expression, Fragment, Meaning, New, image
 from dineros.transformations.language.patterns import Index, Made, Node, Pattern
 from dineros.transformations.rules.actions.goals import A2, A1Result
 from dineros.transformations.rules.actions.outcomes import Exits

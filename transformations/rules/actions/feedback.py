@@ -8,10 +8,8 @@ from __future__ import annotations
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.records import Feedback, Hear
-from dineros.transformations.language.creation import ForAll, image
+from dineros.transformations.language import ForAll, Index, Made, Meaning, Node, image
 from dineros.transformations.language.functions import count, either, greatest
-from dineros.transformations.language.meaning import Meaning
-from dineros.transformations.language.patterns import Index, Made, Node
 from dineros.transformations.rules.actions.ends import End
 from dineros.transformations.rules.actions.goals import A2, Heard
 from dineros.transformations.rules.actions.slots import A6, SlotPage, slots
@@ -19,6 +17,7 @@ from dineros.transformations.rules.notation import (
     Bound,
     DeclaredBound,
     OverflowQueue,
+    action_with_client,
     arc,
     place,
     read,
@@ -63,8 +62,7 @@ class A5(StandardRule, phase=Phase.outcomes):
 class A5Tell(StandardRule, phase=Phase.outcomes):
     """A slot sends feedback to the client of its goal; if the client does not listen, it is discarded."""
 
-    action = Node(sym.ActionChannel)
-    client = Node(sym.ActionClientPort, channel=action)
+    action, client = action_with_client()
     slot = Index(upto=slots(action))
     page = Made(A6.page, of=[action, slot])
     source = Node(pn.Place, of=image(action.server.feedback, page))
@@ -110,8 +108,7 @@ class A5First(StandardRule, phase=Phase.rooms):
 class A5Hand(StandardRule, phase=Phase.rooms):
     """Feedback in hand: what a client has taken and not worked on, where something takes it."""
 
-    action = Node(sym.ActionChannel)
-    client = Node(sym.ActionClientPort, channel=action)
+    action, client = action_with_client()
     sink = Node(pn.Place, of=client.feedback)
     queue = Made(A5.queue, of=client)
 

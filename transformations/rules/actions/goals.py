@@ -12,14 +12,12 @@ from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.calls import UNLIMITED
 from dineros.metamodel.records import Accept, Cancel, Canceling, Goal, Outcome, Reject, Transfer
-from dineros.transformations.language.creation import Fragment, New, image
-from dineros.transformations.language.expressions import Expression
+from dineros.transformations.language import Expression, Fragment, Meaning, New, image
 from dineros.transformations.language.functions import greatest
-from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Absent, Index, Made, Node
 from dineros.transformations.rules.actions.outcomes import Exits, Fetched
 from dineros.transformations.rules.actions.slots import A6, A7, A7Ask, A7Cancel, SlotPage, slots
-from dineros.transformations.rules.notation import arc, place, read, transition
+from dineros.transformations.rules.notation import action_with_client, arc, arcs_at, place, read, transition
 from dineros.transformations.rules.phases import Phase, StandardRule
 
 
@@ -74,8 +72,7 @@ class Answer(Heard):
 class A1(StandardRule, phase=Phase.goals):
     """A client's goals: one at a time, or as many as it specifies."""
 
-    action = Node(sym.ActionChannel)
-    client = Node(sym.ActionClientPort, channel=action)
+    action, client = action_with_client()
     goal = Node(pn.Place, of=client.goal)
 
     ready = place(
@@ -98,8 +95,7 @@ class A1(StandardRule, phase=Phase.goals):
 class A1Result(StandardRule, phase=Phase.goals):
     """The results of one kind, which a client takes."""
 
-    action = Node(sym.ActionChannel)
-    client = Node(sym.ActionClientPort, channel=action)
+    action, client = action_with_client()
     exit = Node(pn.Place, of=Exits(action.server))
     ready = Made(A1.ready, of=client)
 
@@ -121,8 +117,7 @@ class A1Result(StandardRule, phase=Phase.goals):
 class A1Fetch(StandardRule, phase=Phase.goals):
     """They go to the place of the client, where it names one; otherwise no client fetches them."""
 
-    action = Node(sym.ActionChannel)
-    client = Node(sym.ActionClientPort, channel=action)
+    action, client = action_with_client()
     exit = Node(pn.Place, of=Exits(action.server))
     fetched = Node(pn.Place, of=Fetched(client, exit))
     answer = Made(A1Result.answer, of=[client, exit])
@@ -133,8 +128,7 @@ class A1Fetch(StandardRule, phase=Phase.goals):
 class A2(StandardRule, phase=Phase.goals):
     """Each client's goals may be accepted into each slot."""
 
-    action = Node(sym.ActionChannel)
-    client = Node(sym.ActionClientPort, channel=action)
+    action, client = action_with_client()
     slot = Index(upto=slots(action))
     requested = Made(A1.requested, of=client)
     idle = Made(A7.idle, of=[action, slot])
@@ -150,13 +144,7 @@ class A2(StandardRule, phase=Phase.goals):
         "{action.id}.client.{client.client}.accept[{slot}]",
         means=Meaning("slot {instance} of action {action} accepts the goal of {client}", step=Accept),
     )
-    arcs = [
-        arc(requested, accept),
-        arc(idle, accept),
-        arc(accept, entry),
-        arc(accept, executing),
-        arc(accept, in_use),
-    ]
+    arcs = arcs_at(accept, [requested, idle], [entry, executing, in_use])
 
 
 class A2Reject(StandardRule, phase=Phase.goals):
@@ -200,8 +188,7 @@ class A2Tell(StandardRule, phase=Phase.goals):
 class A3(StandardRule, phase=Phase.goals):
     """A client asks to cancel its goal, which a slot executes."""
 
-    action = Node(sym.ActionChannel)
-    client = Node(sym.ActionClientPort, channel=action)
+    action, client = action_with_client()
     wish = Node(pn.Place, of=client.cancel)
     slot = Index(upto=slots(action))
     in_use = Made(A2.in_use, of=[client, slot])
@@ -222,8 +209,7 @@ class A3(StandardRule, phase=Phase.goals):
 class A3Again(StandardRule, phase=Phase.goals):
     """That it asks again changes nothing."""
 
-    action = Node(sym.ActionChannel)
-    client = Node(sym.ActionClientPort, channel=action)
+    action, client = action_with_client()
     wish = Node(pn.Place, of=client.cancel)
     slot = Index(upto=slots(action))
     in_use = Made(A2.in_use, of=[client, slot])
@@ -243,8 +229,7 @@ class A3Again(StandardRule, phase=Phase.goals):
 class A3Nothing(StandardRule, phase=Phase.goals):
     """A request to cancel is gone where the client has no goal under way."""
 
-    action = Node(sym.ActionChannel)
-    client = Node(sym.ActionClientPort, channel=action)
+    action, client = action_with_client()
     wish = Node(pn.Place, of=client.cancel)
     ready = Made(A1.ready, of=client)
 
@@ -286,8 +271,7 @@ class A3Former(StandardRule, phase=Phase.goals):
 class A3Over(StandardRule, phase=Phase.goals):
     """So it is where the goal is over, and its client does not know that yet."""
 
-    action = Node(sym.ActionChannel)
-    client = Node(sym.ActionClientPort, channel=action)
+    action, client = action_with_client()
     wish = Node(pn.Place, of=client.cancel)
     exit = Node(pn.Place, of=Exits(action.server))
     result = Made(A1Result.result, of=[client, exit])

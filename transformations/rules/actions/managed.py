@@ -8,15 +8,13 @@ from __future__ import annotations
 
 from dineros.metamodel import sym
 from dineros.metamodel.records import Drop
-from dineros.transformations.language.functions import ancestor
-from dineros.transformations.language.meaning import Meaning
-from dineros.transformations.language.patterns import Made, Node
+from dineros.transformations.language import Made, Meaning, Node, ancestor
 from dineros.transformations.rules.actions.ends import End
 from dineros.transformations.rules.actions.feedback import A5, HISTORY, A5Tell
 from dineros.transformations.rules.actions.goals import A1, A2, Heard, Taken, Wish
 from dineros.transformations.rules.actions.slots import SlotPage
 from dineros.transformations.rules.lifecycle import L1, Configuring, Leaves
-from dineros.transformations.rules.notation import arc, read, transition
+from dineros.transformations.rules.notation import action_with_client, arc, read, transition
 from dineros.transformations.rules.phases import Phase, StandardRule
 
 
@@ -100,8 +98,7 @@ class L3Hear(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
 class L4Feedback(StandardRule, phase=Phase.appearing, middleware="ros2"):
     """Feedback that waits at a client is lost when its node is cleaned up or shut down."""
 
-    action = Node(sym.ActionChannel)
-    client = Node(sym.ActionClientPort, channel=action)
+    action, client = action_with_client()
     node = Node(sym.NodeNet, of=ancestor(client.goal, sym.NodeNet))
     life = Node(sym.Lifecycle, of=node.lifecycle)
     received = Made(A5.received, of=client)

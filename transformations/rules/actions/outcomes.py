@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.calls import exits
-from dineros.transformations.language.functions import Query
+from dineros.transformations.language import Query
 
 
 class Exits(Query):

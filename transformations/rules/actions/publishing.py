@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dineros.metamodel import sym
 from dineros.metamodel.records import Publish
-from dineros.transformations.language.creation import ForAll
-from dineros.transformations.language.patterns import Made
+from dineros.transformations.language import ForAll, Made
 from dineros.transformations.rules.actions.slots import A6
 from dineros.transformations.rules.histories import R2, Publication
 from dineros.transformations.rules.notation import History, OverflowQueue, arc

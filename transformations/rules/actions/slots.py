@@ -7,11 +7,8 @@ that a request never affects another goal than its own (ROS 2, design of actions
 from __future__ import annotations
 
 from dineros.metamodel import pn, sym
-from dineros.transformations.language.creation import Copy, New, image
-from dineros.transformations.language.expressions import Expression
+from dineros.transformations.language import Copy, Expression, Index, Made, Meaning, New, Node, Pattern, image
 from dineros.transformations.language.functions import count, either, enclosing
-from dineros.transformations.language.meaning import Meaning
-from dineros.transformations.language.patterns import Index, Made, Node, Pattern
 from dineros.transformations.rules.notation import Bound, place
 from dineros.transformations.rules.phases import Phase, StandardRule
 

@@ -7,19 +7,17 @@ from __future__ import annotations
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.records import Accepted
-from dineros.transformations.language.meaning import Meaning
-from dineros.transformations.language.patterns import Index, Made, Node
+from dineros.transformations.language import Index, Made, Meaning, Node
 from dineros.transformations.rules.actions.goals import A2, A3, A1Result, Heard
 from dineros.transformations.rules.actions.slots import slots
-from dineros.transformations.rules.notation import Bound, arc, place, read, transition
+from dineros.transformations.rules.notation import Bound, action_with_client, arc, place, read, transition
 from dineros.transformations.rules.phases import Phase, StandardRule
 
 
 class A9(StandardRule, phase=Phase.outcomes):
     """A client that names a place for it learns that its goal is accepted."""
 
-    action = Node(sym.ActionChannel)
-    client = Node(sym.ActionClientPort, channel=action)
+    action, client = action_with_client()
     accepted = Node(pn.Place, of=client.accepted)
 
     told = place(
@@ -38,8 +36,7 @@ class A9(StandardRule, phase=Phase.outcomes):
 class A9Accept(StandardRule, phase=Phase.outcomes):
     """The server answers when it accepts the goal."""
 
-    action = Node(sym.ActionChannel)
-    client = Node(sym.ActionClientPort, channel=action)
+    action, client = action_with_client()
     slot = Index(upto=slots(action))
     accept = Made(A2.accept, of=[client, slot])
     told = Made(A9.told, of=client)

@@ -8,15 +8,12 @@ from __future__ import annotations
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.calls import UNLIMITED
-from dineros.transformations.language.datatypes import TRUTH
+from dineros.transformations.language import TRUTH, Made, Meaning, Node, Query
 from dineros.transformations.language.errors import LANGUAGE
-from dineros.transformations.language.functions import Query
-from dineros.transformations.language.meaning import Meaning
-from dineros.transformations.language.patterns import Made, Node
 from dineros.transformations.rules.actions.goals import A2Reject
 from dineros.transformations.rules.clients.acceptances import A9
 from dineros.transformations.rules.clients.goals import Replaced, capacity_of, load_of, replaces
-from dineros.transformations.rules.notation import Bound, arc, place
+from dineros.transformations.rules.notation import Bound, action_with_client, arc, place
 from dineros.transformations.rules.phases import Phase, StandardRule
 from dineros.transformations.rules.requests import Entrance, entering
 
@@ -52,8 +49,7 @@ class G3(StandardRule, phase=Phase.outcomes, middleware="ros2"):
 class G3Accepted(StandardRule, phase=Phase.outcomes, middleware="ros2"):
     """Acceptances go through it."""
 
-    action = Node(sym.ActionChannel)
-    client = Node(sym.ActionClientPort, channel=action)
+    action, client = action_with_client()
     load = Made(G3.load, of=client)
     capacity = Made(G3.capacity, of=client)
     told = Made(A9.told, of=client)
@@ -80,15 +76,13 @@ class G3Accepted(StandardRule, phase=Phase.outcomes, middleware="ros2"):
         means=Meaning("room for an acceptance for {client} of action {action}", part="way", rests=True),
     )
 
-    lhs = [action, client, load, capacity, told, learn, past]
-    rhs = [action, client, load, capacity, told, learn, kept, *queue, *takes, *sending]
+    deletes = [past]
 
 
 class G3Refused(StandardRule, phase=Phase.outcomes, middleware="ros2"):
     """So do refusals."""
 
-    action = Node(sym.ActionChannel)
-    client = Node(sym.ActionClientPort, channel=action)
+    action, client = action_with_client()
     load = Made(G3.load, of=client)
     capacity = Made(G3.capacity, of=client)
     refused = Made(A2Reject.refused, of=client)
@@ -116,15 +110,13 @@ class G3Refused(StandardRule, phase=Phase.outcomes, middleware="ros2"):
         means=Meaning("room for a refusal for {client} of action {action}", part="way", rests=True),
     )
 
-    lhs = [action, client, load, capacity, refused, answer, learn, past]
-    rhs = [action, client, load, capacity, refused, answer, learn, kept, *queue, *takes, *sending]
+    deletes = [past]
 
 
 class G3Instead(StandardRule, phase=Phase.outcomes, middleware="ros2"):
     """A full history may lose an answer of the other kind, instead of the one that comes."""
 
-    action = Node(sym.ActionChannel)
-    client = Node(sym.ActionClientPort, channel=action)
+    action, client = action_with_client()
     load = Made(G3.load, of=client)
     told = Made(A9.told, of=client)
     refused = Made(A2Reject.refused, of=client)

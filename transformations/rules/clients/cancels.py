@@ -16,12 +16,9 @@ from __future__ import annotations
 
 from dineros.metamodel import calls, pn, sym
 from dineros.metamodel.records import Cancel
-from dineros.transformations.language.expressions import Expression
-from dineros.transformations.language.functions import greatest, less
-from dineros.transformations.language.meaning import Meaning
-from dineros.transformations.language.patterns import Made, Node
+from dineros.transformations.language import Expression, Made, Meaning, Node, greatest, less
 from dineros.transformations.rules.actions.goals import A1, A2Reject, Answer, Wish
-from dineros.transformations.rules.notation import Bound, arc, inhibit, read, transition
+from dineros.transformations.rules.notation import Bound, action_with_client, arc, inhibit, read, transition
 from dineros.transformations.rules.phases import Phase, StandardRule
 from dineros.transformations.rules.queries.tokens import MostPut
 
@@ -39,8 +36,7 @@ def _room(wish: Node) -> Expression:
 class A8(StandardRule, phase=Phase.goals):
     """A request to cancel comes too late where the goal is refused."""
 
-    action = Node(sym.ActionChannel)
-    client = Node(sym.ActionClientPort, channel=action)
+    action, client = action_with_client()
     wish = Node(pn.Place, of=client.cancel)
     refused = Made(A2Reject.refused, of=client)
 
@@ -113,8 +109,7 @@ class A8Send(StandardRule, phase=Phase.rooms):
 class A8More(StandardRule, phase=Phase.goals):
     """Of a client with several goals, one is gone where there are more of them than goals under way."""
 
-    action = Node(sym.ActionChannel)
-    client = Node(sym.ActionClientPort, channel=action)
+    action, client = action_with_client()
     wish = Node(pn.Place, of=client.cancel)
 
     ask = transition(

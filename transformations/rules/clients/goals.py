@@ -13,17 +13,14 @@ from __future__ import annotations
 from dineros.metamodel import pn, sym
 from dineros.metamodel.calls import HISTORY_DEPTH, UNLIMITED
 from dineros.metamodel.records import Drop
-from dineros.transformations.language.creation import Fragment, New
-from dineros.transformations.language.datatypes import TRUTH
+from dineros.transformations.language import TRUTH, Expression, Fragment, Index, Made, Meaning, New, Node
 from dineros.transformations.language.errors import LANGUAGE
-from dineros.transformations.language.expressions import Expression
 from dineros.transformations.language.functions import Query
-from dineros.transformations.language.meaning import Meaning, QueueKind
-from dineros.transformations.language.patterns import Index, Made, Node
+from dineros.transformations.language.meaning import QueueKind
 from dineros.transformations.rules.actions.goals import A1, A2, A1Result, A2Reject
 from dineros.transformations.rules.actions.outcomes import Exits
 from dineros.transformations.rules.actions.slots import slots
-from dineros.transformations.rules.notation import Bound, arc, place, transition
+from dineros.transformations.rules.notation import Bound, action_with_client, arc, place, transition
 from dineros.transformations.rules.phases import Phase, StandardRule
 from dineros.transformations.rules.requests import Entrance, entering
 
@@ -113,8 +110,7 @@ class G1(StandardRule, phase=Phase.goals, middleware="ros2"):
 class G1Client(StandardRule, phase=Phase.goals, middleware="ros2"):
     """The goals of all clients go through it, and are lost where it is full."""
 
-    action = Node(sym.ActionChannel)
-    client = Node(sym.ActionClientPort, channel=action)
+    action, client = action_with_client()
     load = Made(G1.load, of=action)
     capacity = Made(G1.capacity, of=action)
     send = Made(A1.send, of=client)
@@ -140,15 +136,13 @@ class G1Client(StandardRule, phase=Phase.goals, middleware="ros2"):
         sent, 1, means=Meaning("room for a goal of {client} of action {action}", part="way", rests=True)
     )
 
-    lhs = [action, client, load, capacity, send, requested, past]
-    rhs = [action, client, load, capacity, send, requested, sent, through, *queue, *sending]
+    deletes = [past]
 
 
 class G1Accept(StandardRule, phase=Phase.goals, middleware="ros2"):
     """A goal that is accepted makes room."""
 
-    action = Node(sym.ActionChannel)
-    client = Node(sym.ActionClientPort, channel=action)
+    action, client = action_with_client()
     slot = Index(upto=slots(action))
     load = Made(G1.load, of=action)
     capacity = Made(G1.capacity, of=action)
@@ -160,8 +154,7 @@ class G1Accept(StandardRule, phase=Phase.goals, middleware="ros2"):
 class G1Reject(StandardRule, phase=Phase.goals, middleware="ros2"):
     """So does one that is refused."""
 
-    action = Node(sym.ActionChannel)
-    client = Node(sym.ActionClientPort, channel=action)
+    action, client = action_with_client()
     load = Made(G1.load, of=action)
     capacity = Made(G1.capacity, of=action)
     reject = Made(A2Reject.reject, of=client)
@@ -172,8 +165,7 @@ class G1Reject(StandardRule, phase=Phase.goals, middleware="ros2"):
 class G1Lost(StandardRule, phase=Phase.goals, middleware="ros2"):
     """A client with a limited number of goals under way waits for a goal that is lost."""
 
-    action = Node(sym.ActionChannel)
-    client = Node(sym.ActionClientPort, channel=action)
+    action, client = action_with_client()
     queue = Made(G1Client.queue, of=client)
 
     lost = place(
@@ -198,8 +190,7 @@ class G2(StandardRule, phase=Phase.goals, middleware="ros2"):
 class G2Result(StandardRule, phase=Phase.goals, middleware="ros2"):
     """Results of each kind go through it, and are lost where it is full."""
 
-    action = Node(sym.ActionChannel)
-    client = Node(sym.ActionClientPort, channel=action)
+    action, client = action_with_client()
     exit = Node(pn.Place, of=Exits(action.server))
     load = Made(G2.load, of=client)
     capacity = Made(G2.capacity, of=client)
@@ -229,15 +220,13 @@ class G2Result(StandardRule, phase=Phase.goals, middleware="ros2"):
         means=Meaning("room for a result for {client} of action {action}", part="way", rests=True),
     )
 
-    lhs = [action, client, exit, load, capacity, result, answer, learn, past]
-    rhs = [action, client, exit, load, capacity, result, answer, learn, kept, *queue, *takes, *sending]
+    deletes = [past]
 
 
 class G2Instead(StandardRule, phase=Phase.goals, middleware="ros2"):
     """A full history may lose a result of another kind, instead of the one that comes."""
 
-    action = Node(sym.ActionChannel)
-    client = Node(sym.ActionClientPort, channel=action)
+    action, client = action_with_client()
     exit = Node(pn.Place, of=Exits(action.server))
     other = Node(pn.Place, of=Exits(action.server))
     load = Made(G2.load, of=client)
@@ -268,8 +257,7 @@ class G4(StandardRule, phase=Phase.forgetting, middleware="ros2"):
     ready = Made(A1.ready, of=client)
     past = Node(pn.Arc, target=ready)
 
-    lhs = [client, ready, past]
-    rhs = [client, ready]
+    deletes = [past]
 
 
 class G4Ready(StandardRule, phase=Phase.forgetting, middleware="ros2"):
@@ -281,5 +269,4 @@ class G4Ready(StandardRule, phase=Phase.forgetting, middleware="ros2"):
     send = Made(A1.send, of=client)
     asks = Node(pn.Arc, source=ready, target=send)
 
-    lhs = [client, counted, ready, send, asks]
-    rhs = [client, counted, send]
+    deletes = [ready, asks]

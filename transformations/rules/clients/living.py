@@ -7,11 +7,8 @@ loses its request only if the history has a request of a client that still waits
 from __future__ import annotations
 
 from dineros.metamodel import pn, sym
-from dineros.transformations.language.creation import ForAll
-from dineros.transformations.language.functions import less
-from dineros.transformations.language.meaning import Meaning
-from dineros.transformations.language.patterns import Made, Node
-from dineros.transformations.rules.notation import arc, place, read
+from dineros.transformations.language import ForAll, Made, Meaning, Node, less
+from dineros.transformations.rules.notation import arc, place, read, service_with_client
 from dineros.transformations.rules.phases import Phase, StandardRule
 from dineros.transformations.rules.queries.tokens import Change, Lowering, Raising
 from dineros.transformations.rules.requests import R6, R5Client
@@ -32,8 +29,7 @@ class R6Live(StandardRule, phase=Phase.services, middleware="ros2"):
 class R6Drop(StandardRule, phase=Phase.services, middleware="ros2"):
     """A full history forgets its oldest request: one that is late, where all are."""
 
-    service = Node(sym.ServiceChannel)
-    client = Node(sym.ClientPort, channel=service)
+    service, client = service_with_client()
     live = Made(R6Live.live, of=service)
     queue = Made(R5Client.queue, of=client)
 
@@ -43,8 +39,7 @@ class R6Drop(StandardRule, phase=Phase.services, middleware="ros2"):
 class R6Counts(StandardRule, phase=Phase.wiring, middleware="ros2"):
     """They are counted."""
 
-    service = Node(sym.ServiceChannel)
-    client = Node(sym.ClientPort, channel=service)
+    service, client = service_with_client()
     live = Made(R6Live.live, of=service)
     requests = Made(S1.requests, of=client)
     raising = Node(pn.Transition, of=Raising(requests))

@@ -10,10 +10,8 @@ from __future__ import annotations
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.calls import UNLIMITED
-from dineros.transformations.language.functions import either
-from dineros.transformations.language.meaning import Meaning
-from dineros.transformations.language.patterns import Made, Node
-from dineros.transformations.rules.notation import Bound, arc, place
+from dineros.transformations.language import Made, Meaning, Node, either
+from dineros.transformations.rules.notation import Bound, arc, place, service_with_client
 from dineros.transformations.rules.phases import Phase, StandardRule
 from dineros.transformations.rules.requests import AbandonedCall, Entrance, R5Client, entering
 from dineros.transformations.rules.services import S1
@@ -63,15 +61,13 @@ class R8(StandardRule, phase=Phase.services, middleware="ros2"):
         means=Meaning("room for a response to {client} of service {service}", part="way", rests=True),
     )
 
-    lhs = [service, client, sent, responses, t_res, past]
-    rhs = [service, client, sent, responses, t_res, load, capacity, *queue, *arcs, *sending, *answering]
+    deletes = [past]
 
 
 class R8GiveUp(StandardRule, phase=Phase.services, middleware="ros2"):
     """With a time-out, it gives up what waits in that history, too."""
 
-    service = Node(sym.ServiceChannel)
-    client = Node(sym.ClientPort, channel=service)
+    service, client = service_with_client()
     load = Made(R8.load, of=client)
     capacity = Made(R8.capacity, of=client)
 
@@ -97,8 +93,7 @@ class R8Always(StandardRule, phase=Phase.services, middleware="ros2"):
     ready = Made(S1.ready, of=client)
     past = Node(pn.Arc, target=ready)
 
-    lhs = [client, ready, past]
-    rhs = [client, ready]
+    deletes = [past]
 
 
 class R8Ready(StandardRule, phase=Phase.services, middleware="ros2"):
@@ -110,8 +105,7 @@ class R8Ready(StandardRule, phase=Phase.services, middleware="ros2"):
     t_req = Made(S1.t_req, of=client)
     asks = Node(pn.Arc, source=ready, target=t_req)
 
-    lhs = [client, counted, ready, t_req, asks]
-    rhs = [client, counted, t_req]
+    deletes = [ready, asks]
 
 
 class R8Forgets(StandardRule, phase=Phase.forgetting, middleware="ros2"):
@@ -122,8 +116,7 @@ class R8Forgets(StandardRule, phase=Phase.forgetting, middleware="ros2"):
     past = Node(pn.Arc, target=lost)
 
     where = [either(client.timeout, 0.0) == 0.0]
-    lhs = [client, lost, past]
-    rhs = [client, lost]
+    deletes = [past]
 
 
 class R8Lost(StandardRule, phase=Phase.forgetting, middleware="ros2"):
@@ -134,5 +127,4 @@ class R8Lost(StandardRule, phase=Phase.forgetting, middleware="ros2"):
     lost = Node(pn.Place, of=counted)
 
     where = [either(client.timeout, 0.0) == 0.0]
-    lhs = [client, counted, lost]
-    rhs = [client, counted]
+    deletes = [lost]

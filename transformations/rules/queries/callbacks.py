@@ -18,8 +18,7 @@ from dineros.metamodel.callbacks.groups import (
     works_on_goals,
 )
 from dineros.metamodel.calls import answers
-from dineros.transformations.language.datatypes import TRUTH, WHOLE
-from dineros.transformations.language.functions import Query
+from dineros.transformations.language import TRUTH, WHOLE, Query
 
 
 class Callback(Query):

@@ -13,8 +13,7 @@ from dineros.metamodel.times.given import (
 )
 from dineros.metamodel.times.intervals import copied_interval, exactly
 from dineros.metamodel.times.rates import ages_at_once, on_the_way
-from dineros.transformations.language.datatypes import REAL, TRUTH, WHOLE
-from dineros.transformations.language.functions import Query
+from dineros.transformations.language import REAL, TRUTH, WHOLE, Query
 
 
 class Latency(Query):

@@ -21,8 +21,7 @@ from dineros.metamodel.times.orders import keeps_order
 from dineros.metamodel.times.overlaps import runs_overlapping
 from dineros.metamodel.times.rates import publishes_without_end
 from dineros.metamodel.times.shared import holds_for_all_runs
-from dineros.transformations.language.datatypes import REAL, TRUTH, WHOLE
-from dineros.transformations.language.functions import Query
+from dineros.transformations.language import REAL, TRUTH, WHOLE, Query
 
 
 class RunsCallbacks(Query):

@@ -8,8 +8,7 @@ from __future__ import annotations
 from collections import Counter
 
 from dineros.metamodel import pn
-from dineros.transformations.language.datatypes import WHOLE
-from dineros.transformations.language.functions import Query
+from dineros.transformations.language import WHOLE, Query
 
 
 class Raising(Query):

@@ -6,10 +6,8 @@ from collections.abc import Mapping
 
 from dineros.metamodel import pn
 from dineros.metamodel.base import EObject
-from dineros.transformations.language.creation import Fragment, New
-from dineros.transformations.language.expressions import Expression
-from dineros.transformations.language.meaning import Meaning
-from dineros.transformations.rules.notation import arc, place, transition
+from dineros.transformations.language import Expression, Fragment, Meaning, New
+from dineros.transformations.rules.notation import arcs_at, place, transition
 
 
 class Clock(Fragment):
@@ -55,10 +53,6 @@ class Clock(Fragment):
         self.begin = transition(f"{id}.begin", Meaning(begins), at_once=True)
         self.end = transition(f"{id}.end", Meaning(ends), within=within)
         self.arcs = [
-            arc(source, self.begin),
-            arc(self.free, self.begin),
-            arc(self.begin, self.busy),
-            arc(self.busy, self.end),
-            arc(self.end, self.free),
-            arc(self.end, target),
+            *arcs_at(self.begin, [source, self.free], [self.busy]),
+            *arcs_at(self.end, [self.busy], [self.free, target]),
         ]

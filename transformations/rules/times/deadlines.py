@@ -10,14 +10,9 @@ from __future__ import annotations
 from dineros.metamodel import pn, sym
 from dineros.metamodel.matching import quality_of
 from dineros.metamodel.records import Miss
-from dineros.transformations.language.creation import New
-from dineros.transformations.language.datatypes import REAL
-from dineros.transformations.language.expressions import Path
-from dineros.transformations.language.functions import Query
-from dineros.transformations.language.meaning import Meaning
-from dineros.transformations.language.patterns import Made, Node
+from dineros.transformations.language import REAL, Made, Meaning, New, Node, Path, Query
 from dineros.transformations.rules.histories import R3
-from dineros.transformations.rules.notation import Bound, arc, place, transition
+from dineros.transformations.rules.notation import Bound, arc, arcs_at, place, transition
 from dineros.transformations.rules.phases import Phase, StandardRule
 
 
@@ -80,20 +75,12 @@ class D9(StandardRule, phase=Phase.deliveries, middleware="ros2"):
     )
     arcs = [
         arc(history.leave, taken),
-        arc(taken, begin),
-        arc(idle, begin),
-        arc(begin, runs),
-        arc(taken, again),
-        arc(runs, again),
-        arc(again, runs),
-        arc(taken, late),
-        arc(over, late),
-        arc(late, runs),
+        *arcs_at(begin, [taken, idle], [runs]),
+        *arcs_at(again, [taken, runs], [runs]),
+        *arcs_at(late, [taken, over], [runs]),
         arc(runs, end),
         arc(end, over),
-        arc(over, miss),
-        arc(miss, idle),
-        arc(miss, missed),
+        *arcs_at(miss, [over], [idle, missed]),
     ]
 
 

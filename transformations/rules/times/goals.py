@@ -8,12 +8,11 @@ holds. Goals and results of clients that do not wait count in their histories wh
 from __future__ import annotations
 
 from dineros.metamodel import pn, sym
-from dineros.transformations.language.creation import New
-from dineros.transformations.language.patterns import Index, Made, Node
+from dineros.transformations.language import Index, Made, New, Node
 from dineros.transformations.rules.actions.ends import End
 from dineros.transformations.rules.actions.goals import A1, A2, Heard, Taken, Wish
 from dineros.transformations.rules.actions.slots import slots
-from dineros.transformations.rules.notation import at_once
+from dineros.transformations.rules.notation import action_with_client, at_once
 from dineros.transformations.rules.phases import Phase, StandardRule
 from dineros.transformations.rules.queries.message_times import (
     GoalsInTime,
@@ -29,8 +28,7 @@ from dineros.transformations.rules.services import Home
 class D11Send(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
     """A client sends a goal as soon as it can."""
 
-    action = Node(sym.ActionChannel)
-    client = Node(sym.ActionClientPort, channel=action)
+    action, client = action_with_client()
     send = Made(A1.send, of=client)
     move = Node(pn.Transition, of=send)
 
@@ -42,8 +40,7 @@ class D11Send(StandardRule, phase=Phase.intervals, middleware="ros2", times=True
 class D11Accept(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
     """A server accepts one that is on its way within its latency, if a slot and a thread are free."""
 
-    action = Node(sym.ActionChannel)
-    client = Node(sym.ActionClientPort, channel=action)
+    action, client = action_with_client()
     slot = Index(upto=slots(action))
     accept = Made(A2.accept, of=[client, slot])
     move = Node(pn.Transition, of=accept)
@@ -68,8 +65,7 @@ class D11Taken(StandardRule, phase=Phase.intervals, middleware="ros2", times=Tru
 class D11Wish(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
     """A client sends a request to cancel as soon as it can."""
 
-    action = Node(sym.ActionChannel)
-    client = Node(sym.ActionClientPort, channel=action)
+    action, client = action_with_client()
     wish = Made(Wish, of=client)
     move = Node(pn.Transition, of=wish.move)
 
@@ -93,8 +89,7 @@ class D11End(StandardRule, phase=Phase.intervals, middleware="ros2", times=True)
 class D11Enter(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
     """Goals, answers and results are in their histories at once; the latency is that of taking them."""
 
-    action = Node(sym.ActionChannel)
-    client = Node(sym.ActionClientPort, channel=action)
+    action, client = action_with_client()
     queue = Made(Entrance, of=client)
     enter = Node(pn.Transition, of=queue.enter)
     drop = Node(pn.Transition, of=queue.drop)
@@ -108,8 +103,7 @@ class D11Enter(StandardRule, phase=Phase.intervals, middleware="ros2", times=Tru
 class D11Heard(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
     """A client takes what is on its way to it within the latency, if a thread is free."""
 
-    action = Node(sym.ActionChannel)
-    client = Node(sym.ActionClientPort, channel=action)
+    action, client = action_with_client()
     heard = Made(Heard, of=client)
     move = Node(pn.Transition, of=heard.move)
 

@@ -11,13 +11,17 @@ from collections.abc import Mapping
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
-from dineros.transformations.language.creation import Fragment
-from dineros.transformations.language.expressions import Expression
-from dineros.transformations.language.functions import less
-from dineros.transformations.language.meaning import Meaning
-from dineros.transformations.language.patterns import Index, Made, Node
+from dineros.transformations.language import Expression, Fragment, Index, Made, Meaning, Node, less
 from dineros.transformations.rules.histories import PAIR, R2, R3, AnyManaged
-from dineros.transformations.rules.notation import arc, at_once, inhibit, place, read
+from dineros.transformations.rules.notation import (
+    arc,
+    at_once,
+    inhibit,
+    place,
+    read,
+    service_with_client,
+    topic_with_ports,
+)
 from dineros.transformations.rules.phases import Phase, StandardRule
 from dineros.transformations.rules.queries.message_times import CallLatency, CallsOnTheWay, Latency, OnTheWay
 from dineros.transformations.rules.queries.times import PublishesWithoutEnd
@@ -32,9 +36,7 @@ REQUEST = "{service.id}.client.{client.client}"
 class D5(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
     """A message that leaves a writer history is on its way to the reader history."""
 
-    channel = Node(sym.TopicChannel)
-    writer = Node(sym.PublisherPort, channel=channel)
-    reader = Node(sym.SubscriberPort, channel=channel)
+    channel, writer, reader = topic_with_ports()
     queue = Made(R2.queue, of=[writer, reader])
     leave = Node(pn.Transition, of=queue.leave)
     received = Made(R3.received, of=reader)
@@ -49,16 +51,13 @@ class D5(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
     prompt = at_once(leave)
 
     where = [OnTheWay(writer, reader) > 0, ~AnyManaged(writer, reader)]
-    lhs = [channel, writer, reader, queue, leave, received, past]
-    rhs = [channel, writer, reader, queue, leave, received, sent, sends, prompt]
+    deletes = [past]
 
 
 class D5Clock(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
     """Each message on its way has a clock."""
 
-    channel = Node(sym.TopicChannel)
-    writer = Node(sym.PublisherPort, channel=channel)
-    reader = Node(sym.SubscriberPort, channel=channel)
+    channel, writer, reader = topic_with_ports()
     sent = Made(D5.sent, of=[writer, reader])
     received = Made(R3.received, of=reader)
     number = Index(upto=OnTheWay(writer, reader))
@@ -77,9 +76,7 @@ class D5Clock(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 class D5Open(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
     """Of messages that are published without end, one after the other arrives: none gather in no time."""
 
-    channel = Node(sym.TopicChannel)
-    writer = Node(sym.PublisherPort, channel=channel)
-    reader = Node(sym.SubscriberPort, channel=channel)
+    channel, writer, reader = topic_with_ports()
     queue = Made(R2.queue, of=[writer, reader])
     received = Made(R3.received, of=reader)
 
@@ -91,9 +88,7 @@ class D5Open(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 class D5Order(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
     """It takes the first clock that is free."""
 
-    channel = Node(sym.TopicChannel)
-    writer = Node(sym.PublisherPort, channel=channel)
-    reader = Node(sym.SubscriberPort, channel=channel)
+    channel, writer, reader = topic_with_ports()
     number = Index(upto=OnTheWay(writer, reader))
     clock = Made(D5Clock.clock, of=[writer, reader, number])
     lower = Index(upto=less(number, 1))
@@ -105,9 +100,7 @@ class D5Order(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 class D5Hand(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
     """A writer that hands its messages over at once loses none while a clock is free."""
 
-    channel = Node(sym.TopicChannel)
-    writer = Node(sym.PublisherPort, channel=channel)
-    reader = Node(sym.SubscriberPort, channel=channel)
+    channel, writer, reader = topic_with_ports()
     queue = Made(R2.queue, of=[writer, reader])
     number = Index(upto=OnTheWay(writer, reader))
     clock = Made(D5Clock.clock, of=[writer, reader, number])
@@ -127,8 +120,7 @@ class Journey(Fragment):
 class D6(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
     """A request of a client is on its way to the server."""
 
-    service = Node(sym.ServiceChannel)
-    client = Node(sym.ClientPort, channel=service)
+    service, client = service_with_client()
     t_req = Made(S1.t_req, of=client)
     requests = Made(S1.requests, of=client)
     past = Node(pn.Arc, source=t_req, target=requests)
@@ -140,15 +132,13 @@ class D6(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
     journey = Journey(sent, requests)
 
     where = [CallsOnTheWay(client) > 0]
-    lhs = [service, client, t_req, requests, past]
-    rhs = [service, client, t_req, requests, sent, sends]
+    deletes = [past]
 
 
 class D6History(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
     """So it is on its way to a request history."""
 
-    service = Node(sym.ServiceChannel)
-    client = Node(sym.ClientPort, channel=service)
+    service, client = service_with_client()
     t_req = Made(S1.t_req, of=client)
     arriving = Made(R5Client.sent, of=client)
     past = Node(pn.Arc, source=t_req, target=arriving)
@@ -160,8 +150,7 @@ class D6History(StandardRule, phase=Phase.timing, middleware="ros2", times=True)
     journey = Journey(sent, arriving)
 
     where = [CallsOnTheWay(client) > 0]
-    lhs = [service, client, t_req, arriving, past]
-    rhs = [service, client, t_req, arriving, sent, sends]
+    deletes = [past]
 
 
 class D6Enter(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
@@ -193,8 +182,7 @@ class D6Instead(StandardRule, phase=Phase.timing, middleware="ros2", times=True)
 class D6Clock(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
     """Each request on its way has a clock."""
 
-    service = Node(sym.ServiceChannel)
-    client = Node(sym.ClientPort, channel=service)
+    service, client = service_with_client()
     journey = Made(Journey, of=client)
     number = Index(upto=CallsOnTheWay(client))
 
@@ -212,8 +200,7 @@ class D6Clock(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 class D6Order(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
     """It takes the first clock that is free."""
 
-    service = Node(sym.ServiceChannel)
-    client = Node(sym.ClientPort, channel=service)
+    service, client = service_with_client()
     number = Index(upto=CallsOnTheWay(client))
     clock = Made(D6Clock.clock, of=[client, number])
     lower = Index(upto=less(number, 1))
@@ -225,8 +212,7 @@ class D6Order(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 class D6Back(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
     """Responses are on their way to the client."""
 
-    service = Node(sym.ServiceChannel)
-    client = Node(sym.ClientPort, channel=service)
+    service, client = service_with_client()
     responses = Made(S1.responses, of=client)
 
     answered = place(
@@ -249,15 +235,13 @@ class D6Answer(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 
     sends = arc(sender, answered)
 
-    lhs = [client, responses, answered, past, sender]
-    rhs = [client, responses, answered, sender, sends]
+    deletes = [past]
 
 
 class D6BackClock(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
     """Each of them has a clock."""
 
-    service = Node(sym.ServiceChannel)
-    client = Node(sym.ClientPort, channel=service)
+    service, client = service_with_client()
     answered = Made(D6Back.answered, of=client)
     responses = Made(S1.responses, of=client)
     number = Index(upto=CallsOnTheWay(client))
@@ -276,8 +260,7 @@ class D6BackClock(StandardRule, phase=Phase.timing, middleware="ros2", times=Tru
 class D6BackOrder(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
     """It takes the first one that is free."""
 
-    service = Node(sym.ServiceChannel)
-    client = Node(sym.ClientPort, channel=service)
+    service, client = service_with_client()
     number = Index(upto=CallsOnTheWay(client))
     clock = Made(D6BackClock.clock, of=[client, number])
     lower = Index(upto=less(number, 1))

@@ -10,13 +10,18 @@ If clocks are not possible, a message may go at any time.
 
 from __future__ import annotations
 
-from dineros.metamodel import sym
 from dineros.metamodel.records import Drop
-from dineros.transformations.language.functions import less
-from dineros.transformations.language.meaning import Meaning
-from dineros.transformations.language.patterns import Index, Made, Node
+from dineros.transformations.language import Index, Made, Meaning, less
 from dineros.transformations.rules.histories import PAIR, R2, R3, READER
-from dineros.transformations.rules.notation import arc, inhibit, place, read, transition
+from dineros.transformations.rules.notation import (
+    arc,
+    arcs_at,
+    inhibit,
+    place,
+    read,
+    topic_with_ports,
+    transition,
+)
 from dineros.transformations.rules.phases import Phase, StandardRule
 from dineros.transformations.rules.queries.message_times import AgesAtOnce, HasLifespan, Lifespan
 from dineros.transformations.rules.times.clocks import Clock
@@ -35,9 +40,7 @@ def _expires() -> Meaning:
 class D10(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
     """A message that is too old leaves the reader history."""
 
-    channel = Node(sym.TopicChannel)
-    writer = Node(sym.PublisherPort, channel=channel)
-    reader = Node(sym.SubscriberPort, channel=channel)
+    channel, writer, reader = topic_with_ports()
     written = Made(R2.queue, of=[writer, reader])
     received = Made(R3.received, of=reader)
     history = Made(R3.queue, of=reader)
@@ -66,14 +69,8 @@ class D10(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
         arc(history.drop, gone),
         arc(old, lapse),
         arc(gone, lapse),
-        arc(old, expire),
-        arc(history.load, expire),
-        arc(expire, history.capacity),
-        inhibit(gone, expire),
-        arc(old, stale),
-        arc(received, stale),
-        inhibit(gone, stale),
-        inhibit(history.load, stale),
+        *arcs_at(expire, [old, history.load], [history.capacity], without=[gone]),
+        *arcs_at(stale, [old, received], [], without=[gone, history.load]),
         inhibit(old, history.enter),
         inhibit(old, history.drop),
         inhibit(old, history.leave),
@@ -85,9 +82,7 @@ class D10(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 class D10Clock(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
     """Each age has a clock."""
 
-    channel = Node(sym.TopicChannel)
-    writer = Node(sym.PublisherPort, channel=channel)
-    reader = Node(sym.SubscriberPort, channel=channel)
+    channel, writer, reader = topic_with_ports()
     ages = Made(D10.ages, of=[writer, reader])
     old = Made(D10.old, of=[writer, reader])
     number = Index(upto=AgesAtOnce(writer, reader))
@@ -106,9 +101,7 @@ class D10Clock(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 class D10Order(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
     """It takes the first clock that is free."""
 
-    channel = Node(sym.TopicChannel)
-    writer = Node(sym.PublisherPort, channel=channel)
-    reader = Node(sym.SubscriberPort, channel=channel)
+    channel, writer, reader = topic_with_ports()
     number = Index(upto=AgesAtOnce(writer, reader))
     clock = Made(D10Clock.clock, of=[writer, reader, number])
     lower = Index(upto=less(number, 1))
@@ -120,9 +113,7 @@ class D10Order(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 class D10Open(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
     """Where there are no clocks for ages, a message may go at any time."""
 
-    channel = Node(sym.TopicChannel)
-    writer = Node(sym.PublisherPort, channel=channel)
-    reader = Node(sym.SubscriberPort, channel=channel)
+    channel, writer, reader = topic_with_ports()
     written = Made(R2.queue, of=[writer, reader])
     history = Made(R3.queue, of=reader)
 

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from dineros.metamodel import pn, sym
-from dineros.transformations.language.functions import ancestor
-from dineros.transformations.language.meaning import Meaning
-from dineros.transformations.language.patterns import Made, Node
+from dineros.transformations.language import Made, Meaning, Node, ancestor
 from dineros.transformations.rules.coming_and_going import L4, L4Clear, L4Kept, L4Left, L4LeftKept
 from dineros.transformations.rules.histories import Publication
 from dineros.transformations.rules.lifecycle import L1, L2, Configuring, L2Away, Leaves, StateChange
-from dineros.transformations.rules.notation import arc, at_once, inhibit, read, transition
+from dineros.transformations.rules.notation import arc, arcs_at, at_once, inhibit, read, transition
 from dineros.transformations.rules.phases import Phase, StandardRule
 from dineros.transformations.rules.services import Home
 from dineros.transformations.rules.timers import C1
@@ -108,9 +106,9 @@ class D12(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
         at_once=True,
     )
     arcs = [
-        arc(clock, stop), arc(stop, start), read(away, stop),
-        arc(due, forget), arc(forget, idle), read(away, forget),
-    ]  # fmt: skip
+        *arcs_at(stop, [clock], [start], reads=[away]),
+        *arcs_at(forget, [due], [idle], reads=[away]),
+    ]
 
     where = [Leaves(life)]
 

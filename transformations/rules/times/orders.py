@@ -12,14 +12,11 @@ from collections.abc import Mapping
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
-from dineros.transformations.language.creation import Fragment, New
-from dineros.transformations.language.expressions import Expression
+from dineros.transformations.language import Expression, Fragment, Index, Made, Meaning, New, Node
 from dineros.transformations.language.functions import ancestor, less
-from dineros.transformations.language.meaning import Meaning
-from dineros.transformations.language.patterns import Index, Made, Node
 from dineros.transformations.rules.executors import E1, Beginning, Ending
 from dineros.transformations.rules.histories import R3
-from dineros.transformations.rules.notation import arc, inhibit, place, read, transition
+from dineros.transformations.rules.notation import arc, arcs_at, inhibit, place, read, transition
 from dineros.transformations.rules.phases import Phase, StandardRule
 from dineros.transformations.rules.queries.callbacks import Callback
 from dineros.transformations.rules.queries.times import KeepsOrder
@@ -221,10 +218,7 @@ class Listing(Fragment):
             ),
             read(now, self.take),
             read(threads, self.take),
-            arc(self.waits, self.take),
-            arc(listed, self.take),
-            arc(chooser, self.take),
-            arc(self.take, turn.taken),
+            *arcs_at(self.take, [self.waits, listed, chooser], [turn.taken]),
         ]
 
 
@@ -305,11 +299,7 @@ class E8MessageRests(StandardRule, phase=Phase.timing, middleware="ros2", times=
     full = transition("{page.id}.turn.full", Meaning("{callback} is not ready"), at_once=True)
     arcs = [
         read(queue.capacity, rest, reader.limit),
-        arc(turn.ended, rest),
-        arc(unsure, rest),
-        arc(rest, turn.out),
+        *arcs_at(rest, [turn.ended, unsure], [turn.out]),
         read(sink, full),
-        arc(turn.ended, full),
-        arc(unsure, full),
-        arc(full, turn.out),
+        *arcs_at(full, [turn.ended, unsure], [turn.out]),
     ]

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from dineros.metamodel import pn, sym
-from dineros.transformations.language.creation import New
-from dineros.transformations.language.expressions import Path
-from dineros.transformations.language.functions import ancestor
-from dineros.transformations.language.patterns import Index, Made, Node
+from dineros.transformations.language import Index, Made, New, Node, Path, ancestor
 from dineros.transformations.rules.histories import R3
+from dineros.transformations.rules.notation import service_with_client
 from dineros.transformations.rules.phases import Phase, StandardRule
 from dineros.transformations.rules.queries.message_times import CallsArriveInTime, CallsOnTheWay
 from dineros.transformations.rules.queries.times import (
@@ -61,8 +59,7 @@ class D7Take(StandardRule, phase=Phase.intervals, middleware="ros2", times=True)
 class D7Request(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
     """So it takes a request, if requests have clocks while they are on their way, and an instance is free."""
 
-    service = Node(sym.ServiceChannel)
-    client = Node(sym.ClientPort, channel=service)
+    service, client = service_with_client()
     node = Node(sym.NodeNet, of=Home(service.server.entry))
     instance = Index(upto=instances(service))
     taken = Made(S2.t_call, of=[service, client, instance])

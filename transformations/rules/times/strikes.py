@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from dineros.metamodel import sym
-from dineros.transformations.language.functions import ancestor
-from dineros.transformations.language.meaning import Meaning
-from dineros.transformations.language.patterns import Made, Node
+from dineros.transformations.language import Made, Meaning, Node, ancestor
 from dineros.transformations.rules.lifecycle import L1
 from dineros.transformations.rules.notation import arc, at_once, place, read, transition
 from dineros.transformations.rules.phases import Phase, StandardRule

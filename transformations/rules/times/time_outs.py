@@ -3,10 +3,17 @@
 from __future__ import annotations
 
 from dineros.metamodel import pn, sym
-from dineros.transformations.language.functions import count
-from dineros.transformations.language.meaning import Meaning
-from dineros.transformations.language.patterns import Index, Made, Node
-from dineros.transformations.rules.notation import arc, at_once, inhibit, place, read, transition
+from dineros.transformations.language import Index, Made, Meaning, Node, count
+from dineros.transformations.rules.notation import (
+    arc,
+    arcs_at,
+    at_once,
+    inhibit,
+    place,
+    read,
+    service_with_client,
+    transition,
+)
 from dineros.transformations.rules.phases import Phase, StandardRule
 from dineros.transformations.rules.queries.message_times import CallsOnTheWay, GivesUpInTime, TimeOut
 from dineros.transformations.rules.queries.times import RunsCallbacks
@@ -18,8 +25,7 @@ from dineros.transformations.rules.times.latencies import REQUEST, D6BackClock
 class D8(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
     """The time of a client with a time-out runs from its request on, until it has a response or gives up."""
 
-    service = Node(sym.ServiceChannel)
-    client = Node(sym.ClientPort, channel=service)
+    service, client = service_with_client()
     t_req = Made(S1.t_req, of=client)
     t_res = Made(S1.t_res, of=client)
 
@@ -52,8 +58,7 @@ class D8(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 class D8Back(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
     """It may give up while a response is on its way, which is gone then."""
 
-    service = Node(sym.ServiceChannel)
-    client = Node(sym.ClientPort, channel=service)
+    service, client = service_with_client()
     asks = Made(D8.asks, of=client)
     over = Made(D8.over, of=client)
     ready = Made(S1.ready, of=client)
@@ -61,13 +66,7 @@ class D8Back(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
     clock = Made(D6BackClock.clock, of=[client, number])
 
     give_up = transition(GIVING_UP + "back[{number}]", means=GIVES_UP)
-    arcs = [
-        arc(clock.busy, give_up),
-        arc(give_up, clock.free),
-        arc(give_up, ready),
-        arc(asks, give_up),
-        arc(over, give_up),
-    ]
+    arcs = arcs_at(give_up, [clock.busy, asks, over], [clock.free, ready])
 
 
 class D8BackPlace(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
@@ -118,8 +117,7 @@ class D8BackPrompt(StandardRule, phase=Phase.timing, middleware="ros2", times=Tr
 class D8First(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
     """The requests of one client are taken in their order, so those that it has given up come first."""
 
-    service = Node(sym.ServiceChannel)
-    client = Node(sym.ClientPort, channel=service)
+    service, client = service_with_client()
     late = Made(R6.late, of=service)
     call = Made(S2.t_call, of=client)
 

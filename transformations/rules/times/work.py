@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 from dineros.metamodel import pn, sym
-from dineros.transformations.language.creation import ForAll, New, image
-from dineros.transformations.language.functions import less
-from dineros.transformations.language.meaning import Meaning
-from dineros.transformations.language.patterns import Absent, Index, Made, Node
+from dineros.transformations.language import Absent, ForAll, Index, Made, Meaning, New, Node, image, less
 from dineros.transformations.rules.actions.callbacks import E6Answer
 from dineros.transformations.rules.actions.ends import End
 from dineros.transformations.rules.actions.feedback import A5
@@ -283,8 +280,7 @@ class D3Open(StandardRule, phase=Phase.intervals, middleware="ros2", times=True)
     past = Node(pn.TimeInterval, of=move.interval)
 
     where = [RunsAtOnce(page) > 1, ~HoldsForAllRuns(move)]
-    lhs = [page, move, past]
-    rhs = [page, move]
+    deletes = [past]
 
 
 class D2Ends(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
