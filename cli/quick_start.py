@@ -19,6 +19,8 @@ OBJECTS_BETWEEN_COLLECTIONS = 400_000
 UNUSED = ("scipy", "scipy.linalg", "cffi", "coverage")
 #: What Numba and pyecore import for what no command uses: extensions of Numba, and models at web addresses.
 RARE = ("importlib.metadata", "urllib.request")
+#: What cached kernels name as the source of their arrays, and what only compilation uses.
+FOR_COMPILATION = "numba.np.arrayobj"
 #: What NumPy imports only to write docstrings.
 DOCSTRINGS = ("numpy._core._add_newdocs", "numpy._core._add_newdocs_scalars")
 #: Numba reads this file of the current folder, for which it needs YAML.
@@ -57,6 +59,7 @@ def start_quickly(model: Path | None = None) -> None:
 
         # Else the first kernel looks for extensions of Numba in every installed package.
         sys.modules["numba.core.entrypoints"].__dict__["_already_initialized"] = True
+        _import_when_used(FOR_COMPILATION)
     finally:
         if not is_set:
             del os.environ[THREADS]

@@ -97,7 +97,7 @@ class _Refinement:
         #: By element: (neighbour, kind of the arc) of each arc.
         self._arcs: list[list[tuple[int, int]]] = [[] for _ in range(places + transitions)]
         tables = (net.pre, net.post, net.inhibitor)
-        used = sorted({(k, int(w)) for k, arcs in enumerate(tables) for w in np.unique(arcs.weight)})
+        used = sorted({(k, w) for k, arcs in enumerate(tables) for w in set(arcs.weight.tolist())})
         kinds = {kind: number for number, kind in enumerate(used)}
         for k, arcs in enumerate(tables):
             source = np.repeat(np.arange(transitions) + places, np.diff(arcs.pointer)).tolist()

@@ -148,9 +148,11 @@ def clause_form_is_text(clause: sym.InputClause, index: Index) -> Outcome:
         for disjunction in clause.disjunctions
     }
     derived = {frozenset(disjunction) for disjunction in form}
+    if stored == derived:
+        return True
     known = _signals(clause, index)
     is_same = _implies(stored, derived, known) and _implies(derived, stored, known)
-    return stored == derived or is_same or cnf_text(clause)
+    return is_same or cnf_text(clause)
 
 
 def _implies(premise: Disjunctions, conclusion: Disjunctions, known: Mapping[str, tuple[str, ...]]) -> bool:
