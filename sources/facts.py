@@ -41,6 +41,8 @@ NODE, SPACE = "__node", "__ns"
 
 AWAITED = "await, without time-out"
 """The way of waiting that blocks no thread: a coroutine is suspended, and its callback group is held."""
+NEVER_SET = "without time-out, and no code sets it"
+"""The way of waiting for an event that never ends."""
 SPINS_OTHERS = "other nodes"
 """The way of spinning that runs only nodes that the callback's own executor does not run."""
 TAKES_AWAY, MAY_TAKE_AWAY = "takes the node away", "may take the node away"

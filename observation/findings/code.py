@@ -9,7 +9,7 @@ from dineros.analysis.witnesses.findings import Fault, Finding
 from dineros.observation.findings.locks import HOLDS, lock_waits
 from dineros.observation.findings.losing import FAULTS as OF_LOSSES
 from dineros.observation.findings.losing import losses, said
-from dineros.observation.findings.own_waits import OWN, own_waits
+from dineros.observation.findings.own_waits import OWN, never_set, own_waits
 from dineros.observation.findings.serving import CALLED, group_of_callback
 from dineros.observation.findings.sleeping import LONG, sleeps_of
 from dineros.observation.findings.starting import FAULTS as OF_STARTS
@@ -19,6 +19,7 @@ from dineros.observation.findings.transforms import lookups
 from dineros.observation.findings.unrun import UNRUN, unrun
 from dineros.sources.facts import (
     MAY_TAKE_AWAY,
+    NEVER_SET,
     SPINS_OTHERS,
     TAKES_AWAY,
     CallbackFact,
@@ -207,6 +208,8 @@ def _endless(callback: CallbackFact, node: NodeFact) -> Iterator[tuple[Place, Fi
         for effect in callback.effects:
             if effect.do == "loop" and effect.how.startswith(ONE_VALUE):
                 yield effect.at, _loop(effect, callback, node, who)
+            elif effect.do == "wait" and effect.how == NEVER_SET:
+                yield effect.at, never_set(callback, node, effect, who)
     for effect in callback.effects if callback.is_apart else ():
         if effect.do == "call" and effect.how == "blocks, without time-out":
             who = f"the work on goals of {node.name} ({callback.name})"

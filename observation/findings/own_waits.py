@@ -16,13 +16,13 @@ from dineros.observation.findings.serving import (
     overlaps_itself,
     starters_of,
 )
-from dineros.sources.facts import AWAITED, BARRIER, HELD, CallbackFact, Effect, NodeFact, is_open
+from dineros.sources.facts import AWAITED, BARRIER, HELD, NEVER_SET, CallbackFact, Effect, NodeFact, is_open
 from dineros.sources.places import Place
 
 OWN = Fault(
     "code-waits-for-itself",
     "error",
-    "A callback waits for something that only blocked callbacks can do.",
+    "A callback waits for something that only blocked callbacks can do, or no code.",
     "{who} {words}",
 )
 
@@ -74,6 +74,8 @@ def own_waits(
                 continue
             found = OWN.found(node.name, callback.name, who=who, words=words)
             yield effect.at, replace(found, severity="warning") if is_open(node.threads) else found
+        elif effect.do == "wait" and effect.how == NEVER_SET:
+            yield effect.at, never_set(callback, node, effect, who)
         elif effect.do == "wait" and (why := _never_meanwhile(callback, node, effect, nodes)):
             found = OWN.found(node.name, callback.name, who=who, words=f"waits for {effect.what}, {why}")
             ends = f": it waits {effect.timeout:g} s in vain" if effect.timeout is not None else ": forever"
@@ -81,6 +83,12 @@ def own_waits(
             severity: Severity = "error" if is_certain else "warning"
             message = f"{found.message}{ends}, if that is not set before"
             yield effect.at, replace(found, severity=severity, message=message)
+
+
+def never_set(callback: CallbackFact, node: NodeFact, wait: Effect, who: str) -> Finding:
+    """Return the finding of a wait for an event that no code sets."""
+    words = f"waits for {wait.what}, which no code sets: forever"
+    return OWN.found(node.name, callback.name, who=who, words=words)
 
 
 MANY = 1000

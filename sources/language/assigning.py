@@ -75,7 +75,9 @@ class Assignments(Conditions):
         elif isinstance(target, ast.Subscript):
             self._name(value, f"{text_of_code(target.value)}[...]")
             key = self.evaluate(target.slice, frame)
-            for each in options(self.evaluate(target.value, frame)):
+            held = self.evaluate(target.value, frame)
+            self.special(held, "__setitem__", [key, value], target, frame)
+            for each in options(held):
                 if isinstance(each, Mapping):
                     put(each, key, value)
                 elif isinstance(each, Items):

@@ -29,6 +29,7 @@ from dineros.sources.language.values import (
     Outside,
     OutsideMethod,
     Partial,
+    SomeFunction,
     SuperOf,
     Value,
     is_none,
@@ -77,6 +78,8 @@ class Interpreter(Statements):
                 return self._function(inner, [function, *args], keys, node, frame, function)
         self._hand_over(args, keys)
         self.attributes.may_call(function)
+        if isinstance(function, SomeFunction):
+            self.activity.fact.is_open = True
         return Open(short(node))
 
     def _method(
@@ -129,6 +132,13 @@ class Interpreter(Statements):
 
     def drawn(self, value: Value, node: ast.AST, frame: Frame) -> Value:
         """Return what a value gives one after the other: a generator runs now."""
+        iterated = self.special(value, "__iter__", [], node, frame)
+        if iterated is not None:
+            with self.perhaps(is_loop=True):
+                following = self.special(iterated, "__next__", [], node, frame)
+            if following is not None:
+                return Items([following], is_open=True)
+            value = join(Open("elements") if isinstance(each, Object) else each for each in options(iterated))
         if not any(isinstance(each, Generator) for each in options(value)):
             return value
         return join(

@@ -114,9 +114,10 @@ class Expressions(Collections):
     def assign_variable(self, name: str, value: Value, frame: Frame) -> None:
         """Assign a value to a variable."""
         here: Frame | None = frame
-        if name in frame.globals:
+        if name in frame.globals or name in frame.nonlocals:
             while here is not None and here.holder is None:
-                if name in here.names and here is not frame and not _is_hidden(here, frame):
+                is_enclosing = here is not frame and name in frame.nonlocals
+                if is_enclosing and name in here.names and not _is_hidden(here, frame):
                     here.names[name] = join([here.names[name], value])
                     self._changes_variable(name, here)
                     return
@@ -168,6 +169,8 @@ class Expressions(Collections):
                 if isinstance(value.instance, Object)
                 else None
             )
+            if isinstance(found, Function) and _is_property(found):
+                return self.call(Bound(found, value.instance), [], {}, node, frame)
             return (
                 Bound(found, value.instance)
                 if isinstance(found, Function)
@@ -187,13 +190,16 @@ class Expressions(Collections):
         if isinstance(value, Object):
             found = self.look_up(value.cls, name)
             if isinstance(found, Function):
-                if any(each.split(".")[-1] in ("property", "cached_property") for each in found.decorators):
+                if _is_property(found):
                     return self.call(Bound(found, value), [], {}, node, frame)
                 return found if "staticmethod" in found.decorators else Bound(found, value)
             if found is not None:
                 return self._of_class(found, value, node, frame)
             if name == "__class__":
                 return value.cls
+            given = None if value.cls.outside() else self.look_up(value.cls, "__getattr__")
+            if isinstance(given, Function):
+                return self.call(Bound(given, value), [Const(name)], {}, node, frame)
         known = self.library.attribute(value, name)
         if known is not None:
             return known
@@ -317,6 +323,10 @@ class Expressions(Collections):
         if here is None or here.function is None or here.function.owner is None or here.instance is None:
             return Open("super()")
         return SuperOf(here.instance, here.function.owner)
+
+
+def _is_property(function: Function) -> bool:
+    return any(each.split(".")[-1] in ("property", "cached_property") for each in function.decorators)
 
 
 def shared_name(name: str, frame: Frame) -> str:

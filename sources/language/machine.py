@@ -335,6 +335,12 @@ class Machine(Slots):
         """Return what a value gives one after the other: a generator runs now."""
         raise NotImplementedError
 
+    def special(
+        self, value: Value, name: str, args: list[Value], node: ast.AST, frame: Frame
+    ) -> Value | None:
+        """Call a method that Python calls without a name; None: no class of the program has it."""
+        raise NotImplementedError
+
     def module_frame(self, module: Module, *, is_script: bool = False) -> Frame:
         """Return the variables of a module, which runs on first use."""
         raise NotImplementedError

@@ -11,6 +11,7 @@ from math import prod
 from typing import TYPE_CHECKING, Any
 
 from dineros.sources.facts import CallbackFact, Effect, Entity, NodeFact
+from dineros.sources.language.order import look_up_order
 from dineros.sources.places import Place
 
 if TYPE_CHECKING:
@@ -50,6 +51,11 @@ class Response(Open):
 
 SETTINGS = ("parameter", "environment", "option")
 """How the origin of a value begins that people can set from outside."""
+
+
+@dataclass(eq=False)
+class SomeFunction(Open):
+    """An unknown function of the program, which may do anything that its node can."""
 
 
 @dataclass(eq=False)
@@ -125,6 +131,7 @@ class Frame:
     names: dict[str, Value] = field(default_factory=dict)
     outer: Frame | None = None
     globals: set[str] = field(default_factory=set)
+    nonlocals: set[str] = field(default_factory=set)
     function: Function | None = None
     instance: Value | None = None
     returns: list[Value] = field(default_factory=list)
@@ -186,14 +193,7 @@ class Class(Value):
 
     @cached_property
     def _order(self) -> list[Value]:
-        found: list[Value] = []
-        todo: list[Value] = [self]
-        while todo and len(found) < 100:
-            each = todo.pop(0)
-            if each not in found:
-                found.append(each)
-                if isinstance(each, Class):
-                    todo = [*each.bases, *todo]
+        found: list[Value] = look_up_order(self, _bases, _class_key)
         return [*(e for e in found if isinstance(e, Class)), *(e for e in found if not isinstance(e, Class))]
 
     def outside(self) -> list[str]:
@@ -203,6 +203,14 @@ class Class(Value):
     def is_complete(self) -> bool:
         """Return whether every base is known, if only by name."""
         return all(isinstance(each, (Class, Outside)) for each in self.order())
+
+
+def _bases(value: Value) -> list[Value]:
+    return value.bases if isinstance(value, Class) else []
+
+
+def _class_key(value: Value) -> Hashable:
+    return value.path if isinstance(value, Outside) else id(value)
 
 
 @dataclass(eq=False, slots=True)
@@ -432,11 +440,17 @@ def join(values: Iterable[Value | None]) -> Value:
             if each is not None:
                 found.setdefault(identity(each), each)
                 if len(found) > MOST_OPTIONS:
-                    return Open("many values")
+                    return _many(found.values())
     if not found:
         return NONE
     first = next(iter(found.values()))
     return first if len(found) == 1 else Either(list(found.values()))
+
+
+def _many(values: Iterable[Value]) -> Open:
+    """Return what stands for any of many values."""
+    has_code = any(isinstance(each, (Function, Bound, Partial, SomeFunction)) for each in values)
+    return SomeFunction("many functions") if has_code else Open("many values")
 
 
 def spread(values: list[Value], made: Callable[[list[Value]], Value]) -> Value:
@@ -480,7 +494,7 @@ def identity(value: Value) -> Hashable:
         known = value.value
         return type(known), known if isinstance(known, _PLAIN) else id(known)
     if isinstance(value, Open):
-        return Open, value.text, id(getattr(value, "effect", None))
+        return type(value), value.text, id(getattr(value, "effect", None))
     if isinstance(value, (Text, Outside)):
         return type(value), *vars(value).values()
     if isinstance(value, Bound):

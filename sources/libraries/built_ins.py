@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 
 from dineros.sources.language.computing.constants import call_built_in
 from dineros.sources.language.machine import Machine
@@ -14,7 +15,9 @@ from dineros.sources.language.values import (
     Items,
     Made,
     Mapping,
+    Object,
     Open,
+    SomeFunction,
     Text,
     Value,
     constant,
@@ -40,6 +43,10 @@ class BuiltIns:
     def call(self, name: str, args: list[Value], keys: Keys, node: ast.AST, frame: Frame) -> Value:
         """Call a function by its name."""
         first = args[0] if args else None
+        if first is not None and name in _SPECIAL:
+            of_class = self.machine.special(first, f"__{name}__", [], node, frame)
+            if of_class is not None:
+                return of_class
         found = call_built_in(name, args, name)
         if found is not None:
             return found
@@ -80,6 +87,8 @@ class BuiltIns:
             return self.machine.attribute(
                 args[0], str(args[1].value), f"getattr({args[1].value})", node, frame
             )
+        if name == "getattr" and len(args) > 1:
+            return self._any_attribute(args, node, frame)
         if name == "setattr" and len(args) > 2 and isinstance(args[1], Const):
             for each in options(args[0]):
                 if isinstance(each, Holder):
@@ -107,9 +116,40 @@ class BuiltIns:
             return join(values) if values else Open("next")
         return Open(name)
 
+    def _any_attribute(self, args: list[Value], node: ast.AST, frame: Frame) -> Value:
+        """Return the possible attributes of an object whose names are partly known."""
+        found = list(args[2:3])
+        for holder in options(args[0]):
+            for name in options(args[1]):
+                if isinstance(name, Const):
+                    text = f"getattr({name.value})"
+                    found.append(self.machine.attribute(holder, str(name.value), text, node, frame))
+                elif not isinstance(holder, Object):
+                    found.append(Open("getattr"))
+                elif isinstance(name, Text):
+                    fits = re.compile(".*".join(map(re.escape, re.split(r"{[^{}]*}", name.text))))
+                    found += [
+                        self.machine.attribute(holder, each, f"getattr({each})", node, frame)
+                        for each in _names(holder)
+                        if fits.fullmatch(each)
+                    ]
+                else:
+                    found.append(SomeFunction("getattr"))
+        return join(found) if found else Open("getattr")
+
     def _is_fixed(self, value: Items, node: ast.AST) -> bool:
         """Return whether a collection has the same length in each run: nothing else has changed it yet."""
         if value.kind == "tuple" or (isinstance(node, ast.Call) and isinstance(node.args[0], ast.List)):
             return True
         is_first = self.machine.activity.fact.kind in ("main", "module") and not self.machine.run
         return is_first and not self.machine.attributes.has_begun
+
+
+_SPECIAL = ("len", "str", "repr", "next", "bool", "int", "float", "hash", "abs")
+"""Functions that call a method of the class."""
+
+
+def _names(holder: Object) -> list[str]:
+    """Return the names of the attributes and methods of an object, without those of Python."""
+    every = [*holder.slots, *(name for cls in holder.cls.inside for name in cls.names)]
+    return [each for each in dict.fromkeys(every) if not each.startswith("__")]

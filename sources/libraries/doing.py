@@ -68,6 +68,7 @@ class Doer:
         self.maker = maker
         self.machine = maker.machine
         self._named: dict[str, dict[Value, int]] = {}  # values compare by identity
+        self.waits: list[tuple[Effect, Place]] = []  # for events and conditions, with where these were made
         self._once: dict[tuple[Place, tuple[object, ...]], Value] = {}
 
     def is_callback(self) -> bool:
@@ -290,6 +291,8 @@ class Doer:
         if kind in ("Event", "Condition", "Barrier") and name in ("wait", "wait_for"):
             given = passed(call.argument(0 if name == "wait" else 1, "timeout"))
             found = effect("wait", label, node, frame, within(given), timeout=seconds(given))
+            if found.how == within(None) and (kind, name) != ("Condition", "wait_for") and kind != "Barrier":
+                self.waits.append((found, made.at))
             if kind == "Condition":  # it releases its lock while it waits
                 lock = made.argument(0, "lock")
                 own = {label, self._label(lock, lock.name or lock.path) if isinstance(lock, Made) else label}

@@ -97,9 +97,18 @@ class RosLibrary:
     def call(self, path: str, args: list[Value], keys: Keys, node: ast.AST, frame: Frame) -> Value:
         """Call a function or class by its dotted name."""
         args = self._drawn(args, node, frame, is_one=path == "builtins.next")
+        if path in _ITERATE:
+            args = [
+                self.machine.drawn(each, node, frame) if isinstance(each, Object) else each for each in args
+            ]
+        owner, _, last = path.rpartition(".")
+        if args and isinstance(args[0], Object) and owner in args[0].cls.outside():
+            if last == "__init__":
+                self.construct(args[0], owner, args[1:], keys, node, frame)
+                return NONE
+            return self.call_method(OutsideMethod(args[0], last, path), args[1:], keys, node, frame)
         made = Made(path, args, keys, self.machine.place(node, frame))
         made.level = self.machine.activity.conditional
-        last = path.rpartition(".")[2]
         idiom = self.idioms.table.get(path)
         if idiom is not None:
             self._escape(args, keys)
@@ -461,6 +470,16 @@ class RosLibrary:
                 self.doer.acquire(each, text, node, frame, is_scope=len(options(value)) == 1)
                 return True
         return False
+
+
+_ITERATE = frozenset(
+    f"builtins.{name}"
+    for name in (
+        *("list", "tuple", "set", "frozenset", "sorted", "reversed", "sum", "any", "all", "min", "max"),
+        *("enumerate", "zip", "map", "filter", "iter", "dict"),
+    )
+)
+"""Functions that go through their arguments."""
 
 
 def _has_generator(value: Either) -> bool:

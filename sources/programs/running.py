@@ -18,6 +18,7 @@ from dineros.sources.language.machine import TooLong
 from dineros.sources.language.modules import Module, Modules
 from dineros.sources.language.values import Class, Frame, Function
 from dineros.sources.left_out import lines
+from dineros.sources.libraries.executing.unset import mark_never_set
 from dineros.sources.libraries.idioms import Idiom
 from dineros.sources.libraries.left_out import calls_of
 from dineros.sources.libraries.library import RosLibrary
@@ -176,6 +177,7 @@ def _follow(program: Program, module: Module, modules: Modules, reading: Reading
     for node in machine.nodes:
         if node.threads == "not spun" and (node.is_lent or node.lent_to):
             node.executor, node.threads = "open: code that is not in the folder may spin it", "open"
+    mark_never_set(modules, library.doer.waits)
     assign_callbacks(machine, activity)
     return machine.nodes
 
@@ -195,7 +197,7 @@ def _function(machine: Interpreter, frame: Frame, name: str | None) -> Function 
 
 def _run_class(path: str, name: str, module: Module, modules: Modules, reading: Reading) -> list[NodeFact]:
     """Create an instance of a node class that no program instantiates; return its nodes."""
-    machine, _ = _interpreter(modules, NO_PROGRAM, reading)
+    machine, library = _interpreter(modules, NO_PROGRAM, reading)
     main = CallbackFact("main", "main", Place(path, 1))
     activity = Activity(main)
     try:
@@ -208,6 +210,7 @@ def _run_class(path: str, name: str, module: Module, modules: Modules, reading: 
     except (TooLong, RecursionError):
         machine.attributes.is_wild = True
         reading.folder.unread.append(f"{path}: the class {name} is too large to be read completely")
+    mark_never_set(modules, library.doer.waits)
     for node in machine.nodes:
         node.executor = node.executor or "open: no program creates it"
         if node.threads == "not spun":

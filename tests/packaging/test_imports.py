@@ -217,6 +217,7 @@ FOLDERS = {
             "endings",
             "modules",
             "keeping",
+            "order",
             "values",
             "fields",
             "attributes",
@@ -232,7 +233,7 @@ FOLDERS = {
     "sources/language/computing": ["constants", "operations", "gathering"],
     "sources/language/fields": ["messages", "responses"],
     "sources/language/running": ["matching", "asking", "progress", "polling", "decorating", "statements"],
-    "sources/libraries/executing": ["late", "placing", "executors"],
+    "sources/libraries/executing": ["unset", "late", "placing", "executors"],
     "observation": [
         *(
             "systems",

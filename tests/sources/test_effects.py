@@ -253,3 +253,21 @@ def test_idioms_of_libraries(tmp_path: Path) -> None:
         ("/tf", "tf2_msgs/msg/TFMessage")
     ]
     assert effects(node, "on_both") == [("publish", "self.tf", "always")]
+
+
+def test_an_event_of_the_function_around(tmp_path: Path) -> None:
+    """`nonlocal` names the variable of the enclosing function, not one of the module."""
+    node = tick_of(
+        tmp_path,
+        "fresh = threading.Event()\ndef done(future):\n    nonlocal fresh\n    fresh.set()\n"
+        "self.cli.call_async(Trigger.Request()).add_done_callback(done)\nfresh.wait()",
+    )
+    assert effects(node, "done") == [("notify", "fresh", "always")]
+
+
+def test_a_variable_of_the_module_is_assigned_in_an_inner_function(tmp_path: Path) -> None:
+    node = tick_of(
+        tmp_path,
+        "seconds = 2.0\ndef inner():\n    global seconds\n    seconds = 0.5\ninner()\ntime.sleep(seconds)",
+    )
+    assert effects(node, "tick") == [("sleep", "2.0", "always")]

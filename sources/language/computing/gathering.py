@@ -76,6 +76,9 @@ class Collections(Operations):
         if isinstance(node.slice, ast.Slice):
             return self._sliced(value, node.slice, short(node), frame)
         key = self.evaluate(node.slice, frame)
+        of_class = self.special(value, "__getitem__", [key], node, frame)
+        if of_class is not None:
+            return of_class
         found = [self._element(each, key, short(node)) for each in options(value) if not is_none(each)]
         return join(found) if found else Open(short(node))
 

@@ -15,6 +15,7 @@ from dineros.sources.language.values import (
     Bound,
     Class,
     Const,
+    Either,
     Frame,
     Function,
     Items,
@@ -68,6 +69,7 @@ class Operations(Machine):
         for each in node.values:
             if isinstance(each, ast.FormattedValue):
                 value = self.evaluate(each.value, frame)
+                value = self.special(value, "__str__", [], each, frame) or value
                 if each.format_spec is not None and isinstance(value, Const):
                     spec = self.evaluate(each.format_spec, frame)
                     value = format_text("{:" + hole(spec) + "}", [value], {})
@@ -78,8 +80,40 @@ class Operations(Machine):
                 parts.append(self.evaluate(each, frame))
         return spread(parts, joined)
 
+    def special(
+        self, value: Value, name: str, args: list[Value], node: ast.AST, frame: Frame
+    ) -> Value | None:
+        """Call a method that Python calls without a name; None: no class of the program has it."""
+        able = [
+            (each, method)
+            for each in options(value)
+            if isinstance(each, Object) and isinstance(method := self.look_up(each.cls, name), Function)
+        ]
+        if len(able) == 1 and able[0][0] is value:
+            return self.call(Bound(able[0][1], value), args, {}, node, frame)
+        found: list[Value] = []
+        for each, method in able:
+            with self.perhaps():
+                found.append(self.call(Bound(method, each), list(args), {}, node, frame))
+        return join([*found, Open(short(node))]) if found else None
+
+    def augmented(
+        self, op: ast.operator, left: Value, right: Value, node: ast.AST, frame: Frame
+    ) -> Value | None:
+        """Return what ``left += right`` assigns; None: no class of the program says it."""
+        name = _SPECIAL.get(type(op))
+        if name is None or not isinstance(left, (Object, Either)):
+            return None
+        found = self.special(left, f"__i{name}__", [right], node, frame)
+        return self.special(left, f"__{name}__", [right], node, frame) if found is None else found
+
     def _value_of_BinOp(self, node: ast.BinOp, frame: Frame) -> Value:  # noqa: N802
         left, right = self.evaluate(node.left, frame), self.evaluate(node.right, frame)
+        name = _SPECIAL.get(type(node.op))
+        if name is not None and isinstance(left, (Object, Either)):
+            found = self.special(left, f"__{name}__", [right], node, frame)
+            if found is not None:
+                return found
         return spread([left, right], lambda each: self.combined(node.op, each[0], each[1], short(node)))
 
     def combined(self, op: ast.operator, left: Value, right: Value, text: str) -> Value:
@@ -147,6 +181,12 @@ class Operations(Machine):
         if len(values) != 2:
             return Open(short(node))
         (left, right), op = values, node.ops[0]
+        name = _SPECIAL.get(type(op))
+        holder, other = (right, left) if name == "contains" else (left, right)
+        if name is not None and isinstance(holder, (Object, Either)):
+            found = self.special(holder, f"__{name}__", [other], node, frame)
+            if found is not None:
+                return found if name != "contains" else Open(short(node))
         if isinstance(op, (ast.Is, ast.IsNot)) and is_none(right):
             if isinstance(left, Const):
                 verdict = (left.value is None) == isinstance(op, ast.Is)
@@ -241,3 +281,12 @@ def short(node: ast.AST) -> str:
     """Return a short text of an expression."""
     known = text_of_code(node)
     return known if len(known) <= 80 else f"{known[:77]}..."
+
+
+_SPECIAL: dict[type[ast.AST], str] = {
+    **{ast.Add: "add", ast.Sub: "sub", ast.Mult: "mul", ast.Div: "truediv", ast.Mod: "mod"},
+    **{ast.BitOr: "or", ast.BitAnd: "and", ast.RShift: "rshift", ast.LShift: "lshift", ast.MatMult: "matmul"},
+    **{ast.Eq: "eq", ast.NotEq: "ne", ast.Lt: "lt", ast.LtE: "le", ast.Gt: "gt", ast.GtE: "ge"},
+    **{ast.In: "contains", ast.NotIn: "contains"},
+}
+"""Methods of operators, without underscores."""

@@ -110,6 +110,10 @@ class Statements(Decorating):
             before.items += values
             before.is_open |= not is_exact
             return {FALLS}
+        of_class = self.augmented(node.op, before, value, node, frame)
+        if of_class is not None:
+            self.assign(node.target, of_class, frame)
+            return {FALLS}
         found = self.combined(node.op, before, value, text_of_code(node.target))
         is_counted = isinstance(node.target, ast.Attribute) or self.activity.loops or self.run
         if is_counted and isinstance(found, Const) and not isinstance(found.value, str):
@@ -120,6 +124,9 @@ class Statements(Decorating):
     def _run_Delete(self, node: ast.Delete, frame: Frame) -> set[str]:  # noqa: N802
         for target in node.targets:
             self.changes_attribute(target)
+            if isinstance(target, ast.Subscript):
+                held, key = self.evaluate(target.value, frame), self.evaluate(target.slice, frame)
+                self.special(held, "__delitem__", [key], target, frame)
         return {FALLS}
 
     # -------------------------------------------------------------------------------------------- definitions
@@ -158,7 +165,9 @@ class Statements(Decorating):
         frame.globals |= set(node.names)
         return {FALLS}
 
-    _run_Nonlocal = _run_Global  # noqa: N815
+    def _run_Nonlocal(self, node: ast.Nonlocal, frame: Frame) -> set[str]:  # noqa: N802
+        frame.nonlocals |= set(node.names)
+        return {FALLS}
 
     def _run_Return(self, node: ast.Return, frame: Frame) -> set[str]:  # noqa: N802
         self.gives_to_rclpy(node.value)

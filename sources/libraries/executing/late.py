@@ -73,12 +73,13 @@ class Late:
     def _may_end(self, first: _Spin) -> bool:
         """Return whether code may end the first spin and go on."""
         machine = self._machine
+        modules = [module for path in machine.frames if (module := machine.modules.module(path)) is not None]
+        others = _other_objects(module.tree for module in modules)
         around = {function.node for spin in (first, *self._spins) for function in spin.inside}
         has_init = False
-        for path in machine.frames:
-            module = machine.modules.module(path)
-            for each in _calls(module.tree.body, around) if module is not None else ():
-                if _name(each) in (*_STOPS, *_SIGNALS):
+        for module in modules:
+            for each in _calls(module.tree.body, around):
+                if _name(each) in _SIGNALS or (_name(each) in _STOPS and _holder(each) not in others):
                     return True
         for node in around:
             inits = [each for each in ast.walk(node) if isinstance(each, ast.Call) and _name(each) == "init"]
@@ -94,6 +95,37 @@ class Late:
                 if held and (node is not inner or (id(first.call) in held and not held & later)):
                     return True
         return False
+
+
+def _other_objects(trees: Iterable[ast.Module]) -> set[str]:
+    """Return the variables and attributes that hold objects of other classes than executors and contexts."""
+    values: dict[str, list[ast.expr | None]] = {}
+    classes: set[str] = set()
+    for part in (each for tree in trees for each in ast.walk(tree)):
+        if isinstance(part, ast.ClassDef) and not any("Executor" in ast.unparse(each) for each in part.bases):
+            classes.add(part.name)
+        targets = part.targets if isinstance(part, ast.Assign) else [getattr(part, "target", None)]
+        for target in targets if isinstance(part, _ASSIGNS) else ():
+            names = (each for each in ast.walk(target) if isinstance(each, (ast.Name, ast.Attribute)))
+            for name in names:
+                values.setdefault(_last(name), []).append(getattr(part, "value", None))
+    return {
+        name
+        for name, given in values.items()
+        if given and all(isinstance(each, ast.Call) and _name(each) in classes for each in given)
+    }
+
+
+_ASSIGNS = (ast.Assign, ast.AnnAssign, ast.AugAssign, ast.NamedExpr, ast.For, ast.AsyncFor)
+
+
+def _holder(call: ast.Call) -> str:
+    """Return the variable or attribute whose method a call calls; empty: none, or something else."""
+    return _last(call.func.value) if isinstance(call.func, ast.Attribute) else ""
+
+
+def _last(node: ast.expr) -> str:
+    return node.attr if isinstance(node, ast.Attribute) else getattr(node, "id", "")
 
 
 def _calls(body: Iterable[ast.AST], around: Collection[ast.AST]) -> Iterable[ast.Call]:

@@ -429,3 +429,67 @@ def test_what_a_callback_makes_and_waits_for(
     text = text.replace("        self.done.clear()\n", "").replace("self.done.set()", "pass")
     _, shown = run("check", "-q", "--source", files(tmp_path, robot=text))
     assert ("[code-waits-for-itself]" in shown) == hangs, shown
+
+
+UNSET = """
+import threading
+from other import use
+
+class Robot(Node):
+    def __init__(self):
+        super().__init__('robot')
+        MADE
+        self.create_subscription(String, 'in', self.heard, 10, callback_group=ReentrantCallbackGroup())
+        self.create_service(Trigger, 'go', self.go)
+        self.work = ActionServer(self, Fibonacci, 'work', self.execute)
+
+    def heard(self, message):
+        HEARD
+
+    def go(self, request, response):
+        WAITS
+        return response
+
+    def execute(self, goal):
+        EXECUTES
+        return Fibonacci.Result()
+
+def main():
+    rclpy.init()
+    executor = MultiThreadedExecutor(4)
+    executor.add_node(Robot())
+    executor.spin()
+"""
+EVENT = "self.ready = threading.Event()"
+WAIT = "self.ready.wait()"
+
+
+@pytest.mark.parametrize(
+    ("made", "heard", "waits", "executes", "hangs"),
+    [
+        (EVENT, "pass", WAIT, "pass", True),
+        (EVENT, "self.ready.clear()", f"if not self.ready.is_set(): {WAIT}", "pass", True),
+        (EVENT, "pass", "pass", WAIT, True),
+        (EVENT, "pass", "done = threading.Event(); done.wait()", "done.set()", True),
+        ("self.turn = threading.Condition()", "pass", "with self.turn: self.turn.wait()", "pass", True),
+        ("self.free = threading.Semaphore(0)", "pass", "self.free.acquire()", "pass", True),
+        (EVENT, "pass", "self.ready.wait(1.0)", "pass", False),
+        (EVENT, "self.ready.set()", WAIT, "pass", False),
+        (EVENT, "use(self.ready)", WAIT, "pass", False),
+        (EVENT, "self.later = self.ready.set", WAIT, "pass", False),
+        (EVENT, "pass", WAIT, "use(self).ready.set()", False),
+        (EVENT, "getattr(self, 'ready').set()", WAIT, "pass", False),
+        ("self.ready = self.other = threading.Event()", "self.other.set()", WAIT, "pass", False),
+        ("self.all = {1: threading.Event()}", "pass", "self.all[1].wait()", "pass", False),
+    ],
+)
+def test_an_event_that_no_code_sets(
+    tmp_path: Path, made: str, heard: str, waits: str, executes: str, hangs: bool
+) -> None:
+    """This was a proof under an assumption."""
+    text = UNSET
+    for key, value in (("MADE", made), ("HEARD", heard), ("WAITS", waits), ("EXECUTES", executes)):
+        text = text.replace(key, value)
+    folder = Path(files(tmp_path, robot=text))
+    found = [each.message for each in code_findings([("", read_source(folder))])]
+    assert any("no code sets" in each for each in found) == hangs, found

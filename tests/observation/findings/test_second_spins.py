@@ -77,6 +77,21 @@ def test_node_may_run(tmp_path: Path, body: str) -> None:
     assert not never_runs(tmp_path, body)
 
 
+MOTOR = """
+class Motor:
+    def shutdown(self): print("off")
+"""
+
+
+@pytest.mark.parametrize(
+    ("call", "ends"), [("self.motor.shutdown()", False), ("self.other.shutdown()", True)]
+)
+def test_another_method_of_that_name_ends_no_spin(tmp_path: Path, call: str, ends: bool) -> None:
+    head = HEAD.replace("class One", f"{MOTOR}class One", 1).replace("pass", call, 1)
+    head = head.replace('super().__init__("one")', 'super().__init__("one"); self.motor = Motor()', 1)
+    assert bool(never_runs(tmp_path, "rclpy.spin(one)\nrclpy.spin(two)", head)) is not ends
+
+
 def test_a_callback_that_shuts_down_ends_the_first_spin(tmp_path: Path) -> None:
     body = "rclpy.spin(one)\nrclpy.init()\nrclpy.spin(two)"
     assert never_runs(tmp_path, body)
