@@ -295,8 +295,11 @@ class Expressions(Collections):
             return self._super(node, frame)
         function = self.evaluate(node.func, frame)
         args: list[Value] = []
+        is_task = isinstance(function, OutsideMethod) and function.name == "create_task"
         for each in node.args:
-            if isinstance(each, ast.Starred):
+            if is_task and isinstance(each, ast.Call) and _is_executor(function.instance):
+                args.append(self._later_coroutine(each, frame))
+            elif isinstance(each, ast.Starred):
                 values, is_exact = self.turns(self.drawn(self.evaluate(each.value, frame), each.value, frame))
                 args += values if is_exact else [Open(short(each))]
             else:
@@ -316,6 +319,16 @@ class Expressions(Collections):
                 return found
         return self.call(function, args, keys, node, frame)
 
+    def _later_coroutine(self, node: ast.Call, frame: Frame) -> Value:
+        """Return a coroutine that an executor runs later; what a call returns of another function."""
+        function = self.evaluate(node.func, frame)
+        inner = function.function if isinstance(function, Bound) else function
+        if not isinstance(inner, Function) or not isinstance(inner.node, ast.AsyncFunctionDef):
+            return self.evaluate(node, frame)
+        args = [self.evaluate(each, frame) for each in node.args if not isinstance(each, ast.Starred)]
+        keys = {each.arg: self.evaluate(each.value, frame) for each in node.keywords if each.arg is not None}
+        return Partial(function, args, keys)
+
     def _super(self, node: ast.Call, frame: Frame) -> Value:
         here: Frame | None = frame
         while here is not None and (here.function is None or here.function.owner is None):
@@ -323,6 +336,14 @@ class Expressions(Collections):
         if here is None or here.function is None or here.function.owner is None or here.instance is None:
             return Open("super()")
         return SuperOf(here.instance, here.function.owner)
+
+
+def _is_executor(value: Value) -> bool:
+    return any(
+        (isinstance(each, Made) and each.path.endswith("Executor"))
+        or (isinstance(each, (Open, OutsideMethod)) and each.text.endswith("executor"))
+        for each in options(value)
+    )
 
 
 def _is_property(function: Function) -> bool:

@@ -271,3 +271,16 @@ def test_a_variable_of_the_module_is_assigned_in_an_inner_function(tmp_path: Pat
         "seconds = 2.0\ndef inner():\n    global seconds\n    seconds = 0.5\ninner()\ntime.sleep(seconds)",
     )
     assert effects(node, "tick") == [("sleep", "2.0", "always")]
+
+
+@pytest.mark.parametrize("call", ["self.work(2)", "self.work, 2"])
+def test_a_coroutine_that_the_executor_runs_is_a_task(tmp_path: Path, call: str) -> None:
+    """It holds no group. Before, the callback that makes it seemed to await what it awaits."""
+    node = tick_of(
+        tmp_path,
+        f"self.executor.create_task({call})",
+        "async def work(self, count):\n    await self.cli.call_async(Trigger.Request())\n"
+        "    self.pub.publish(String())\n",
+    )
+    assert effects(node, "tick") == []
+    assert effects(node, "work") == [("call", "self.cli", "always"), ("publish", "self.pub", "always")]

@@ -70,9 +70,36 @@ class Asking(Matching):
             return self._of_variable(test.id, frame)
         if isinstance(test, _PARTS):
             return self.depend_on(ast.iter_child_nodes(test), frame, depth)
+        if isinstance(test, (ast.GeneratorExp, ast.ListComp, ast.SetComp)):
+            return self._of_comprehension(test, frame, depth)
         if isinstance(test, ast.Attribute):
             return self._of_attribute(test, frame, depth)
         return self._of_call(test, frame, depth) if isinstance(test, ast.Call) and depth else None
+
+    def _of_comprehension(
+        self, test: ast.GeneratorExp | ast.ListComp | ast.SetComp, frame: Frame, depth: int
+    ) -> set[str] | None:
+        """Return what a comprehension depends on: what it goes through, and what its parts ask of that."""
+        inner = Frame(frame.module, dict(frame.names), frame.outer, function=frame.function)
+        inner.globals, inner.nonlocals, inner.instance = frame.globals, frame.nonlocals, frame.instance
+        found: set[str] = set()
+        stored = self.stored
+        try:
+            for each in test.generators:
+                names = self.depends_on(each.iter, inner, depth)
+                if names is None or not isinstance(each.target, ast.Name):
+                    return None
+                found |= names
+                values = self.turns(self.evaluate(each.iter, inner))[0]
+                is_object = bool(values) and isinstance(values[0], Object)
+                self.has_shared |= is_object
+                inner.names[each.target.id] = values[0] if is_object else Open(each.target.id)
+                self.stored = self.stored - {each.target.id}
+            parts = [test.elt, *(each for one in test.generators for each in one.ifs)]
+            names = self.depend_on(parts, inner, depth)
+        finally:
+            self.stored = stored
+        return None if names is None else found | names
 
     def _of_variable(self, name: str, frame: Frame) -> set[str] | None:
         """Return what a variable depends on: itself, if other functions change it."""
