@@ -19,6 +19,7 @@ from dineros.sources.cpp.following.statements import Statements
 from dineros.sources.cpp.index import Asked, ClassInfo, Index, Routine
 from dineros.sources.cpp.interpreting.deferring import find_unanswered, is_deferred
 from dineros.sources.cpp.interpreting.groups import doubt_groups
+from dineros.sources.cpp.interpreting.notified import mark_never_notified
 from dineros.sources.cpp.keeping import Followed, Keeper
 from dineros.sources.cpp.left_out import calls_of
 from dineros.sources.cpp.macros.directives import without_dead
@@ -253,6 +254,7 @@ class CppPrograms:
         self._reached.calls |= found.reached.calls
         doubt_groups(found.nodes, self._sources)
         find_unanswered(found.nodes, self._sources)
+        mark_never_notified(found.nodes, self._sources)
         return found.nodes
 
     def _most_steps(self) -> int:

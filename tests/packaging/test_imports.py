@@ -190,6 +190,7 @@ FOLDERS = {
             "groups",
             "lists",
             "deferring",
+            "notified",
             "formatting",
             "generated",
             "loading",

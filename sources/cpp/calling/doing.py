@@ -340,6 +340,7 @@ class Ros(Spinning):
             return Open(call.last)
         found = self.maker.idiom(Call(call.node, call.frame, on.path, call.args, name=on.node))
         if isinstance(found, Port) and found.entity.kind == "subscriptions":
+            on.fields["port"] = found
             if "heard" in on.fields:
                 self.maker.callback(found.entity, "callback", "subscription", on.fields["heard"], found.owner)
             function = call.node.child_by_field_name("function")
@@ -377,6 +378,8 @@ class Ros(Spinning):
                 self.maker.callback(each.entity, "callback", "subscription", target, each.owner)
             elif isinstance(each, Made):
                 each.fields["heard"] = target
+                if "port" in each.fields:  # it has subscribed since the synchronizer got it
+                    self._give_callback([each.fields["port"]], target)
 
     def _unknown(self, call: Call, on: Value) -> Value | None:
         """Record the possible effects of a method of an unknown object."""

@@ -197,6 +197,28 @@ def test_a_synchronizer_has_one_callback_for_its_inputs(tmp_path: Path) -> None:
     assert (right.details["depth"], right.details["reliability"]) == (5, "best_effort")
 
 
+SUBSCRIBED_LATER = """
+class Fusion : public rclcpp::Node {
+  using Policy = message_filters::sync_policies::ApproximateTime<Image, Image>;
+ public:
+  Fusion() : Node("fusion"), both_(Policy(10), left_, right_) {
+    left_.subscribe(this, "left");
+    right_.subscribe(this, "right");
+    both_.registerCallback(std::bind(&Fusion::merged, this, _1, _2));
+  }
+  void merged(const Image::ConstSharedPtr & left, const Image::ConstSharedPtr &) {}
+  message_filters::Subscriber<sensor_msgs::msg::Image> left_, right_;
+  message_filters::Synchronizer<Policy> both_;
+};
+"""
+
+
+def test_inputs_of_a_synchronizer_subscribe_after_it_was_made(tmp_path: Path) -> None:
+    """The callback was missing."""
+    (node,) = _read(tmp_path, SUBSCRIBED_LATER).nodes
+    assert {each.callbacks["callback"].name for each in node.of("subscriptions")} == {"merged"}
+
+
 THREADED = """
 void script(std::shared_ptr<Asker> asker) { asker->ask(); }
 int main() {
