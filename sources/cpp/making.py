@@ -369,7 +369,9 @@ class Maker:
                 entity.details["thread"] = "its own"
             if entry["kind"] != "publishers":
                 entity.details.setdefault("group", "default")
-            if "callback" in entry and "callback" in args:
+            if entry["kind"] == "action_servers" and "callback" in args:  # it works on a thread of its own
+                self.callback(entity, "execute", "execute", args["callback"], owner).is_apart = True
+            elif "callback" in entry and "callback" in args:
                 self.callback(entity, "callback", "subscription", args["callback"], owner)
             elif entry["kind"] == "subscriptions":
                 entity.details.setdefault("open", "the library runs its callback")

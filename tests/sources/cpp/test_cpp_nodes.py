@@ -219,6 +219,36 @@ def test_inputs_of_a_synchronizer_subscribe_after_it_was_made(tmp_path: Path) ->
     assert {each.callbacks["callback"].name for each in node.of("subscriptions")} == {"merged"}
 
 
+PLANNER = """
+class Planner : public nav2_util::LifecycleNode {
+  using Compute = example_interfaces::action::Fibonacci;
+  using ActionServer = nav2_util::SimpleActionServer<Compute>;
+ public:
+  Planner() : nav2_util::LifecycleNode("planner", "") {}
+  nav2_util::CallbackReturn on_configure(const rclcpp_lifecycle::State &) override {
+    plans_ = create_publisher<sensor_msgs::msg::Image>("plan", 1);
+    server_ = std::make_unique<ActionServer>(shared_from_this(), "compute", std::bind(&Planner::compute, this));
+    return nav2_util::CallbackReturn::SUCCESS;
+  }
+  void compute() {
+    if (server_->is_cancel_requested()) { server_->terminate_all(); return; }
+    plans_->publish(sensor_msgs::msg::Image());
+    server_->succeeded_current();
+  }
+  std::unique_ptr<ActionServer> server_;
+};
+"""
+
+
+def test_the_action_server_of_nav2_works_on_a_thread_of_its_own(tmp_path: Path) -> None:
+    (node,) = _read(tmp_path, PLANNER).nodes
+    (server,) = node.of("action_servers")
+    assert (server.name, server.type) == ("compute", "example_interfaces/action/Fibonacci")
+    work = server.callbacks["execute"]
+    assert (work.kind, work.is_apart) == ("execute", True)
+    assert [each.do for each in work.effects] == ["canceled", "publish", "succeed"]
+
+
 THREADED = """
 void script(std::shared_ptr<Asker> asker) { asker->ask(); }
 int main() {
