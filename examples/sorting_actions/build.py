@@ -15,6 +15,7 @@ of it with faults that `check` finds: `only_asks.sym.xmi` and `waits_for_cancele
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Literal, get_args
 
@@ -23,20 +24,22 @@ from dineros.metamodel.build import callback, here, inhibit, node_net, place, st
 from dineros.metamodel.files import save
 
 HOME = Path(__file__).resolve().parent
-CELLS = ("L", "R")
-COLORS = ("Red", "Blue", "Green")
+CELLS = {"L": ("Red", "Blue"), "R": ("Green",)}
+"""The cells, and the colours of the pieces that each sorts."""
+SIDES = {"L": "Left", "R": "Right"}
 MOTIONS = ("Pick", "Place")
 Version = Literal["only_asks", "waits_for_canceled", "cell"]
 """When the controller says that it holds: once it has asked to cancel, once a goal was canceled, or once it
 is over, however it ended."""
 Places = dict[str, sym.Place]
+Cells = Mapping[str, Sequence[str]]
 
 
-def selector(model: sym.SystemModel) -> Places:
+def selector(model: sym.SystemModel, colors: Sequence[str]) -> Places:
     """Pools of pieces; return where the chosen ones are sent from, by colour."""
-    net = node_net(model, "selector", COLORS, package="cell_selector")
+    net = node_net(model, "selector", colors, package="cell_selector")
     chosen = {}
-    for color in COLORS:
+    for color in colors:
         pool = place(net, f"{color}Pieces", tokens=1)
         pool.balloons.append(sym.BalloonToken(data=f'{{"color": "{color.lower()}"}}'))
         chosen[color] = place(net, f"Chosen{color}")
@@ -44,8 +47,10 @@ def selector(model: sym.SystemModel) -> Places:
     return chosen
 
 
-def controller(model: sym.SystemModel, version: Version, access: sym.TokenType) -> Places:
-    """Both cells, and the services that let a person in; return the places with ports."""
+def controller(
+    model: sym.SystemModel, version: Version, access: sym.TokenType, cells: Iterable[str]
+) -> Places:
+    """The cells, and the services that let a person in; return the places with ports."""
     net = node_net(model, "controller", package="cell_controller")
     zone = pn.Page(id="Zone", name="Zone", page=net)
     # To have something moved takes the permit: a cell has it while its goal is under way, or the person at
@@ -53,7 +58,7 @@ def controller(model: sym.SystemModel, version: Version, access: sym.TokenType) 
     permit, lent = place(zone, "Permit", tokens=1), place(zone, "Lent")
     wanted = place(zone, "HoldWanted", type=access)
     ports: Places = {}
-    for cell in CELLS:
+    for cell in cells:
         ports |= _cell(net, cell, permit, wanted, version)
     hold = callback(net, "HoldServer", "server")
     asked, granted = (place(hold, id, type=access) for id in ("HoldAsked", "HoldGranted"))
@@ -68,7 +73,7 @@ def controller(model: sym.SystemModel, version: Version, access: sym.TokenType) 
         step(hold, "HoldIdle", [asked, permit], [granted, lent])
         step(hold, "Grant", [stopped, wanted, permit], [granted, lent])
         step(resume, "GoOn", [resumes, lent], [resumed, permit])
-    for name in (f"{motion}{cell}" for motion in MOTIONS for cell in CELLS):
+    for name in (f"{motion}{cell}" for motion in MOTIONS for cell in cells):
         under_way = ports[f"UnderWay{name}"]
         then = ports.get(f"Stopping{name}", under_way)
         step(hold, f"Stop{name}", [asked, under_way], [then, ports[f"Cancel{name}"], stopped, wanted])
@@ -213,15 +218,22 @@ def topic(
     )
 
 
-def topics(model: sym.SystemModel, chosen: Places, cells: Places, heard: sym.Place) -> None:
+def topics(model: sym.SystemModel, cells: Cells, chosen: Places, ports: Places, heard: sym.Place) -> None:
     """Pieces and results, of which none may be lost."""
     kept = {"reliability": "reliable", "durability": "transientLocal"}
-    topic(model, "LeftPieces", "/left/pieces", [chosen["Red"], chosen["Blue"]], cells["PieceL"], 4, **kept)
-    topic(model, "RightPieces", "/right/pieces", [chosen["Green"]], cells["PieceR"], 4, **kept)
-    topic(model, "Results", "/results", [cells["ResultL"], cells["ResultR"]], heard, 4, **kept)
+    for cell, colors in cells.items():
+        side, pieces = SIDES[cell], [chosen[color] for color in colors]
+        topic(model, f"{side}Pieces", f"/{side.lower()}/pieces", pieces, ports[f"Piece{cell}"], 4, **kept)
+    topic(model, "Results", "/results", [ports[f"Result{cell}"] for cell in cells], heard, 4, **kept)
 
 
-def services(model: sym.SystemModel, cells: Places, spaces: dict[str, sym.ServerPort], gate: Places) -> None:
+def services(
+    model: sym.SystemModel,
+    cells: Iterable[str],
+    ports: Places,
+    spaces: dict[str, sym.ServerPort],
+    gate: Places,
+) -> None:
     """The shared space for the cells, and the controller's services for the guard."""
     for name, server in spaces.items():
         sym.ServiceChannel(
@@ -230,9 +242,9 @@ def services(model: sym.SystemModel, cells: Places, spaces: dict[str, sym.Server
             server=server,
             clients=[
                 sym.ClientPort(
-                    client=cell, request=cells[f"{name}Req{cell}"], response=cells[f"{name}Res{cell}"]
+                    client=cell, request=ports[f"{name}Req{cell}"], response=ports[f"{name}Res{cell}"]
                 )
-                for cell in CELLS
+                for cell in cells
             ],
             instances=1,
             model=model,
@@ -241,14 +253,16 @@ def services(model: sym.SystemModel, cells: Places, spaces: dict[str, sym.Server
         sym.ServiceChannel(
             id=name,
             service=f"/controller/{name.lower()}",
-            server=sym.ServerPort(entry=cells[entry], exit=cells[exit_], page=cells[entry].page),
+            server=sym.ServerPort(entry=ports[entry], exit=ports[exit_], page=ports[entry].page),
             clients=[sym.ClientPort(client="guard", request=gate[f"{name}Req"], response=gate[f"{name}Res"])],
             instances=1,
             model=model,
         )
 
 
-def actions(model: sym.SystemModel, servers: dict[str, sym.ActionServerPort], cells: Places) -> None:
+def actions(
+    model: sym.SystemModel, cells: Iterable[str], servers: dict[str, sym.ActionServerPort], ports: Places
+) -> None:
     """Picking and placing: one slot, as there is one arm."""
     for motion, server in servers.items():
         sym.ActionChannel(
@@ -259,23 +273,24 @@ def actions(model: sym.SystemModel, servers: dict[str, sym.ActionServerPort], ce
             clients=[
                 sym.ActionClientPort(
                     client=cell,
-                    goal=cells[f"Goal{motion}{cell}"],
-                    succeeded=cells[f"Succeeded{motion}{cell}"],
-                    aborted=cells[f"Aborted{motion}{cell}"],
-                    canceled=cells[f"Canceled{motion}{cell}"],
-                    cancel=cells[f"Cancel{motion}{cell}"],
+                    goal=ports[f"Goal{motion}{cell}"],
+                    succeeded=ports[f"Succeeded{motion}{cell}"],
+                    aborted=ports[f"Aborted{motion}{cell}"],
+                    canceled=ports[f"Canceled{motion}{cell}"],
+                    cancel=ports[f"Cancel{motion}{cell}"],
                 )
-                for cell in CELLS
+                for cell in cells
             ],
             instances=1,
             model=model,
         )
 
 
-def properties(model: sym.SystemModel) -> None:
+def properties(model: sym.SystemModel, cells: Cells) -> None:
     """What has to hold, in the words of the model."""
     moving = " + ".join(f"{motion}{how}" for motion in MOTIONS for how in ("Moving", "Braking"))
-    starts = " or ".join(f"fired(Start{motion}{cell})" for motion in MOTIONS for cell in CELLS)
+    starts = " or ".join(f"fired(Start{motion}{cell})" for motion in MOTIONS for cell in cells)
+    pieces = sum(map(len, cells.values()))
     model.properties.extend(
         [
             sym.Property(id="NobodyNearAMovingArm", text=f"always {moving} + GateOpen <= 1"),
@@ -283,14 +298,14 @@ def properties(model: sym.SystemModel) -> None:
                 id="NothingStartsWhileOpen",
                 text=f"after fired(OpenGate) until fired(ShutGate): never {starts}",
             ),
-            sym.Property(id="AllCanBeShown", text=f"Shown >= {len(COLORS)} stays possible"),
+            sym.Property(id="AllCanBeShown", text=f"Shown >= {pieces} stays possible"),
             sym.Property(id="TheGateCanOpen", text="GateOpen >= 1 stays possible"),
         ]
     )
 
 
-def build(version: Version = "cell") -> sym.SystemModel:
-    """Return the application, or an earlier version of it."""
+def build(version: Version = "cell", cells: Cells = CELLS) -> sym.SystemModel:
+    """Return the application, or an earlier version of it; with some of its cells and colours."""
     piece, access = token_types()
     model = sym.SystemModel(
         id=version,
@@ -299,15 +314,15 @@ def build(version: Version = "cell") -> sym.SystemModel:
         tokenType=piece,
         otherTokenTypes=[access],
     )
-    chosen = selector(model)
-    cells = controller(model, version, access)
+    chosen = selector(model, [color for colors in cells.values() for color in colors])
+    ports = controller(model, version, access, cells)
     spaces = synchronizer(model)
     motions = arm(model)
     gate = guard(model, access)
-    topics(model, chosen, cells, display(model))
-    services(model, cells, spaces, gate)
-    actions(model, motions, cells)
-    properties(model)
+    topics(model, cells, chosen, ports, display(model))
+    services(model, cells, ports, spaces, gate)
+    actions(model, cells, motions, ports)
+    properties(model, cells)
     return model
 
 

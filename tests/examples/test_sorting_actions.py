@@ -8,10 +8,14 @@ from typing import get_args
 
 import pytest
 
+from dineros.analysis.answers.budget import Budget
+from dineros.analysis.timed_checks.timed_check import check_timed
 from dineros.generators import Options, check
+from dineros.metamodel.constraints import validate
 from dineros.metamodel.files import save
 from examples.sorting_actions.build import Version, build
 from examples.sorting_actions.cell import Cell
+from examples.sorting_actions.timed import LATENCY, MOTION, OPENED, REACTION, build_timed
 from tests.examples.applications import (
     EXAMPLES,
     dineros,
@@ -53,6 +57,28 @@ def cell_workspace(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_the_files_are_what_the_script_builds(version: Version, tmp_path: Path) -> None:
     save(build(version), tmp_path / "built.sym.xmi")
     assert (tmp_path / "built.sym.xmi").read_bytes() == (HOME / f"{version}.sym.xmi").read_bytes()
+
+
+def test_the_file_with_times_is_what_the_script_builds(tmp_path: Path) -> None:
+    model = build_timed()
+    assert validate(model) == []
+    save(model, tmp_path / "built.sym.xmi")
+    assert (tmp_path / "built.sym.xmi").read_bytes() == (HOME / "cell_timed.sym.xmi").read_bytes()
+
+
+@pytest.mark.long
+def test_times_bound_how_soon_the_gate_opens() -> None:
+    """The bound is the sum of what lies on the way, and no shorter one holds."""
+    assert pytest.approx((MOTION.latest or 0) + 4 * (LATENCY + REACTION) + 6 * REACTION) == OPENED
+    report = check_timed(build_timed(), Budget(seconds=120))
+    assert {each.severity for each in report.findings} == {"note"}
+    assert [str(each.question) for each in report.unknown] == ["whether goals can wait forever"]
+    assert [each for each in report.proved if "OpensInTime" in each], report.proved
+    sooner = build_timed()
+    (opens,) = (each for each in sooner.properties if each.id == "OpensInTime")
+    opens.text = opens.text.replace(f"within {OPENED}", "within 0.719")
+    found = check_timed(sooner, Budget(seconds=120)).findings
+    assert [each.rule for each in found if each.severity != "note"] == ["property-violated"]
 
 
 @pytest.mark.long
