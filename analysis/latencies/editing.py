@@ -82,7 +82,14 @@ class EditedNet:
         self._above = [(names[high], names[low]) for low, row in enumerate(net.above) for high in row]
         for row, interval in zip(rows, net.intervals, strict=True):
             self.cases[row.name] = [
-                Firing(row.name, row.inputs, row.outputs, row.reads, row.inhibitors, interval)
+                Firing(
+                    row.name,
+                    dict(row.inputs),
+                    dict(row.outputs),
+                    dict(row.reads),
+                    dict(row.inhibitors),
+                    interval,
+                )
             ]
 
     def original(self, name: str) -> Firing:

@@ -223,9 +223,8 @@ class ClassSearch:
                         return
                     if status == GOES_ON:
                         size = next_slice(size, began, LARGEST_SLICE)
-                self._answer(status)
-                limit = limit_hit(self.budget, self.classes, self.memory_bytes)
-                self.reason = self.reason or limit
+                limit = self._answer(status)
+                self.reason = limit or limit_hit(self.budget, self.classes, self.memory_bytes)
                 if is_met is not None and is_met():
                     return
         except KeyboardInterrupt:  # who watches over the time asks a search to end in this way, too
@@ -259,8 +258,8 @@ class ClassSearch:
         self.enlarge_tables(always=True)
         return self.known
 
-    def _answer(self, status: int) -> None:
-        """Give a kernel what it lacks, or end the search."""
+    def _answer(self, status: int) -> str | None:
+        """Give a kernel what it lacks; return why the search ends if that is not possible."""
         if status == WANTS_TABLE:
             self.enlarge_tables()
         elif status == WANTS_BATCH:
@@ -269,10 +268,7 @@ class ClassSearch:
         elif status == WANTS_CLOCKS:
             most = int(self.known.control[MOST_CLOCKS])
             self._work = self._matrices(max(most, 2 * (len(self._work.low) - 1)))
-        elif status == WANTS_ROOM:
-            self.reason = "memory"
-        elif status == TOO_MANY_TOKENS:
-            self.reason = "tokens"
+        return {WANTS_ROOM: "memory", TOO_MANY_TOKENS: "tokens"}.get(status)
 
     def _has_too_many(self) -> bool:
         return self.budget.states is not None and self.classes > self.budget.states

@@ -295,9 +295,13 @@ class Expressions(Collections):
             return self._super(node, frame)
         function = self.evaluate(node.func, frame)
         args: list[Value] = []
-        is_task = isinstance(function, OutsideMethod) and function.name == "create_task"
+        is_task = (
+            isinstance(function, OutsideMethod)
+            and function.name == "create_task"
+            and _is_executor(function.instance)
+        )
         for each in node.args:
-            if is_task and isinstance(each, ast.Call) and _is_executor(function.instance):
+            if is_task and isinstance(each, ast.Call):
                 args.append(self._later_coroutine(each, frame))
             elif isinstance(each, ast.Starred):
                 values, is_exact = self.turns(self.drawn(self.evaluate(each.value, frame), each.value, frame))

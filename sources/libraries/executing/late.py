@@ -104,8 +104,9 @@ def _other_objects(trees: Iterable[ast.Module]) -> set[str]:
     for part in (each for tree in trees for each in ast.walk(tree)):
         if isinstance(part, ast.ClassDef) and not any("Executor" in ast.unparse(each) for each in part.bases):
             classes.add(part.name)
-        targets = part.targets if isinstance(part, ast.Assign) else [getattr(part, "target", None)]
-        for target in targets if isinstance(part, _ASSIGNS) else ():
+        if not isinstance(part, _ASSIGNS):
+            continue
+        for target in part.targets if isinstance(part, ast.Assign) else [part.target]:
             names = (each for each in ast.walk(target) if isinstance(each, (ast.Name, ast.Attribute)))
             for name in names:
                 values.setdefault(_last(name), []).append(getattr(part, "value", None))

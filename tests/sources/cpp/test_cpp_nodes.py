@@ -227,7 +227,8 @@ class Planner : public nav2_util::LifecycleNode {
   Planner() : nav2_util::LifecycleNode("planner", "") {}
   nav2_util::CallbackReturn on_configure(const rclcpp_lifecycle::State &) override {
     plans_ = create_publisher<sensor_msgs::msg::Image>("plan", 1);
-    server_ = std::make_unique<ActionServer>(shared_from_this(), "compute", std::bind(&Planner::compute, this));
+    server_ = std::make_unique<ActionServer>(
+        shared_from_this(), "compute", std::bind(&Planner::compute, this));
     return nav2_util::CallbackReturn::SUCCESS;
   }
   void compute() {
