@@ -18,14 +18,12 @@ GENERATED = tuple(f"metamodel/{package}/" for package in ("pn", "sym", "rtm", "p
 STILL_TWICE = {
     "metamodel": frozenset(
         (
-            "And",
             "Comparison",
             "Constant",
             "Declaration",
             "Document",
             "Moves",
             "Not",
-            "Or",
             "Record",
             "Signal",
             "Start",
