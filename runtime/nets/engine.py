@@ -93,6 +93,11 @@ class Engine:
         self.due = self._enabling.due
         self.opened = self._enabling.opened
         self.opened.clear()
+        enabling = self._enabling
+        self.is_ready, self.change_room = enabling.is_ready, enabling.change_room
+        self.add_departure, self.set_least = enabling.add_departure, enabling.set_need
+        # A held transition is not ready, a held departure is not due, until all holds are undone.
+        self.hold, self.unhold = enabling.violated, enabling.satisfied
         self._reserved: dict[int, int] = {}  # token -> place
         self.aside = PutAside(structure, self._enabling, self._kinds, self._tokens, self._reserved)
         self._aside = self.aside.by_transition
@@ -137,10 +142,6 @@ class Engine:
         """Return whether a place may get one more token; from any thread."""
         room = self._enabling.room[place]
         return room is None or room > 0
-
-    def is_ready(self, transition: int) -> bool:
-        """Return whether a transition can fire now with free tokens."""
-        return self._enabling.is_ready(transition)
 
     def is_enabled(self, transition: int) -> bool:
         """Return whether a transition is enabled, ignoring reservations, holds and priorities."""
@@ -334,14 +335,6 @@ class Engine:
         if self._aside:
             self.aside.refresh(place for place, _ in taken)
 
-    def hold(self, number: int) -> None:
-        """Prevent a transition from being ready, or a departure from being due, until `unhold`; counted."""
-        self._enabling.violated(number)
-
-    def unhold(self, number: int) -> None:
-        """Undo one `hold`."""
-        self._enabling.satisfied(number)
-
     # Tokens and signals from outside.
 
     def new_token(self, data: Data) -> Token:
@@ -385,21 +378,6 @@ class Engine:
         changed = self._enabling.signals[signal] != value
         self._enabling.set_signal(signal, value)
         return changed
-
-    def add_departure(self, place: int, least: int = 1) -> int:
-        """Register a departure of a place's tokens and return its number; it is on hold until `unhold`.
-
-        It is due if the place has at least `least` tokens.
-        """
-        return self._enabling.add_departure(place, least)
-
-    def set_least(self, departure: int, place: int, least: int) -> None:
-        """Change the number of tokens with which a departure is due."""
-        self._enabling.set_need(departure, place, least)
-
-    def change_room(self, place: int, more: int) -> None:
-        """Change the room of a place with a capacity by a number of tokens."""
-        self._enabling.change_room(place, more)
 
     def _remove(self, place: int, tokens: Sequence[Token]) -> None:
         queue = self._tokens[place]

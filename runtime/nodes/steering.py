@@ -77,6 +77,7 @@ class SteeredNet:
 
     def __init__(self, net: Net, may_fire: Callable[[], bool] = lambda: True) -> None:
         self._net = net
+        self.set_signals, self.pause = net.set_signals, net.halt
         self._may_fire = may_fire
         self._asked: Future[tuple[dict[str, Any], list[str]]] | None = None
         self._seen: tuple[dict[str, Any] | None, list[str] | None] = (None, None)
@@ -97,14 +98,6 @@ class SteeredNet:
         with contextlib.suppress(TimeoutError):
             self._seen, self._asked = self._asked.result(PATIENCE), None
         return Outlook(status.state, status.reason, *self._seen, self._values)
-
-    def set_signals(self, values: Mapping[str, SignalSetting], source: str) -> None:
-        """Set input signals at once, by id or name."""
-        self._net.set_signals(values, source)
-
-    def pause(self, reason: str) -> None:
-        """Stop firing until `proceed`."""
-        self._net.halt(reason)
 
     def proceed(self) -> None:
         """Continue firing.
