@@ -28,18 +28,7 @@ class Rewriting:
 
 
 def rewritings(root: pn.Net, element: EObject, feature: str, value: str | None) -> list[Rewriting]:
-    """Return the texts to change if an element gets another name or id, with the new texts.
-
-    Parameters
-    ----------
-    root : pn.Net
-        The model.
-    element : EObject
-        The element, still with its old name.
-    feature : str
-        The changed feature.
-    value : str or None
-        The new value.
+    """Return the texts that change, with the new ones, if an element with its old name or id gets another.
 
     Raises
     ------

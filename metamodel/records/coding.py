@@ -38,17 +38,7 @@ _ENCODER = json.JSONEncoder(ensure_ascii=False, separators=(",", ":"), check_cir
 
 
 def encode_fields(event: str, sequence: int, values: Mapping[str, Any]) -> str:
-    """Return a record as a line of JSON, without checks and without the line feed: for hot paths.
-
-    Parameters
-    ----------
-    event : str
-        Its event.
-    sequence : int
-        Its position in the trace.
-    values : mapping of str to JSON values
-        All other fields.
-    """
+    """Return a record as a line of JSON, without checks and without the line feed: for hot paths."""
     return _ENCODER.encode({"sequence": sequence, "event": event, **values})
 
 

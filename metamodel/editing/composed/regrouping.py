@@ -84,16 +84,7 @@ def split(root: pn.Net, handles: Handles, page: EObject) -> list[c.Command]:
 
 
 def joined(handles: Handles, ends: tuple[EObject, EObject], point: tuple[float, float]) -> list[c.Command]:
-    """Return the commands that draw an arc between two ends, with a reference if they are on two pages.
-
-    Parameters
-    ----------
-    handles : Handles
-        The handles of the model.
-    ends : pair of EObject
-        Source and target.
-    point : pair of float
-        Position of a new reference.
+    """Return the commands that draw an arc between two ends; if they are on two pages, with a reference.
 
     Raises
     ------

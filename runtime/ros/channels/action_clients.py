@@ -76,21 +76,7 @@ class _Goal:
 
 
 class GoalClient:
-    """The client of an action.
-
-    Parameters
-    ----------
-    node : rclpy.node.Node
-        The ROS node.
-    port : ActionClientPort
-        Its port.
-    codecs : ActionCodecs
-        The action's class, and the codecs of its messages.
-    receiver : Receiver
-        Receives the events of goals.
-    timeout : float
-        Seconds that an answer may take.
-    """
+    """The client of an action; an answer may take `timeout` seconds."""
 
     def __init__(
         self, node: Any, port: ActionClientPort, codecs: ActionCodecs, receiver: Receiver, timeout: float

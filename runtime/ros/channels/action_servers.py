@@ -26,19 +26,7 @@ KEPT_ASKS = 64
 
 
 class GoalServer:
-    """The server of an action.
-
-    Parameters
-    ----------
-    node : rclpy.node.Node
-        The ROS node.
-    port : ActionServerPort
-        Its port.
-    codecs : ActionCodecs
-        The action's class, and the codecs of its messages.
-    receiver : Receiver
-        Receives goals and cancel requests.
-    """
+    """The server of an action; the receiver gets goals and cancel requests."""
 
     def __init__(self, node: Any, port: ActionServerPort, codecs: ActionCodecs, receiver: Receiver) -> None:
         from action_msgs.msg import GoalStatus

@@ -32,20 +32,7 @@ class GoalCarrier:
         self._goal_codecs: dict[ActionPort, ActionCodecs] = {}
 
     def open_goals(self, node: Any, ports: Ports, codecs: Codecs, receiver: Receiver, timeout: float) -> None:
-        """Create clients and servers.
-
-        Parameters
-        ----------
-        node : rclpy.node.Node
-            The ROS node.
-        ports : Ports
-            Ports with the actions.
-        codecs : Codecs
-            Codecs of all ports.
-        receiver : Receiver
-            Receives the events of goals.
-        timeout : float
-            Seconds that the answer to a goal or a cancel request may take.
+        """Create clients and servers; an answer to a goal or a cancel request may take `timeout` seconds.
 
         Raises
         ------

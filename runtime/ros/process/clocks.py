@@ -52,19 +52,7 @@ def hold_time_source(node: Any) -> None:
 
 
 def steady_timer(node: Any, seconds: float, action: Callable[[], None], group: Any = None) -> Any:
-    """Return a timer with the machine's clock, even in a simulation.
-
-    Parameters
-    ----------
-    node : rclpy.node.Node
-        The ROS node.
-    seconds : float
-        Its period.
-    action : callable
-        Called each time.
-    group : rclpy.callback_groups.CallbackGroup, optional
-        By default a group of its own.
-    """
+    """Return a timer with the machine's clock, even in a simulation; by default in a group of its own."""
     from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
     from rclpy.clock import Clock
     from rclpy.clock_type import ClockType
