@@ -11,6 +11,8 @@ from urllib.parse import urlsplit
 import pytest
 from playwright.sync_api import expect
 
+from dineros.metamodel import sym
+from dineros.metamodel.elements import find
 from dineros.metamodel.files import load, save
 from dineros.views.editing.contents import model_json
 from tests.support.equality import differences
@@ -216,3 +218,30 @@ def test_everything_has_a_role_and_a_name(file: Path, edit: Edit, visit: NewVisi
         assert colours[0] != colours[1]
         shape = hand.shape("Words").locator(".shape")
         assert shape.evaluate("(each) => getComputedStyle(each).strokeWidth") == "3.5px"
+
+
+def test_a_guard_is_filled_in_checked_drawn_and_saved(tmp_path: Path, edit: Edit, visit: NewVisit) -> None:
+    file = tmp_path / "guarded.sym.xmi"
+    shutil.copy(ROOT / "case_study/guarded.sym.xmi", file)
+    _, handle = edit(file)
+    hand = Hand(visit().page, handle.url)
+    hand.open("controller")
+    hand.open("RobotControllerL")
+    hand.click("TStartPlaceL")
+    field, drawn = hand.page.locator("#field-guard"), hand.shape("TStartPlaceL").locator(".clause")
+    expect(field).to_have_value("pickSuccess = true")
+    expect(drawn).to_have_text("[pickSuccess = true]")
+
+    hand.fill("guard", "pickSucces = true")
+    expect(hand.page.locator("#count")).to_have_text("1 error, 0 warnings")
+    hint = "no place has a field 'pickSucces'did you mean 'pickSuccess'?"
+    expect(hand.page.locator("#form")).to_contain_text(hint)
+
+    hand.fill("guard", "not (pickSuccess = false)")
+    expect(hand.page.locator("#count")).to_have_text("No problems")
+    expect(drawn).to_have_text("[not (pickSuccess = false)]")
+    hand.page.keyboard.press("Control+s")
+    wait_until(hand.page, "document.getElementById('saved').textContent === 'saved'")
+    saved = load(file)
+    assert isinstance(saved, sym.SystemModel)
+    assert find(saved, "TStartPlaceL", sym.Transition).guard == "not (pickSuccess = false)"
