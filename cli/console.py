@@ -109,8 +109,9 @@ def say_figures(
     """Print figures that have a value, a line each, with the notes on some of them."""
     for name, value in figures.items():
         if value not in (None, ""):
-            label = f"{indent}{name.replace('_', ' ')}"
-            say(f"{label:22} {_shown_figure(name, value)}{notes.get(name, '')}")
+            width = 21 if indent else 22
+            label = f"{indent}{name.replace('_', ' '):{width}}"
+            say(f"{label} {_shown_figure(name, value)}{notes.get(name, '')}")
 
 
 def _shown_figure(name: str, value: object) -> str:

@@ -18,7 +18,7 @@ from dineros.analysis.callbacks.refining import Ending, Endings, Running, why_un
 from dineros.analysis.callbacks.waiting import Callback, Waiting
 from dineros.analysis.callbacks.walking import Walks
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.nets.witness import replay
+from dineros.analysis.nets.witness import last_marking
 from dineros.metamodel.elements import is_unseen, node_net_of
 
 ENDINGS_SHARE = 0.7
@@ -138,7 +138,7 @@ def _planned(
         for way in map(plans.way_to, steps):
             if way is None:
                 continue
-            marking = replay(net, way)[-1]
+            marking = last_marking(net, way)
             if callback.has_begun(marking) and not any(net.is_enabled(each, marking) for each in steps):
                 ways.append(way)
     endless = walks.endless_after(sorted(ways, key=len))

@@ -23,7 +23,7 @@ from dineros.analysis.callbacks.circles import Circle, Waiter
 from dineros.analysis.callbacks.waiting import Callback, Waiting
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.shortening import shortened
-from dineros.analysis.nets.witness import replay
+from dineros.analysis.nets.witness import last_marking, replay
 
 WALKS = 24
 """Runs that are tried."""
@@ -126,7 +126,7 @@ class Walks:
     ) -> tuple[list[int], list[tuple[Callback, Circle | None]]]:
         """Fire what is chosen until callbacks never end, in a circle if there is one."""
         net = self._net
-        marking = replay(net, trace)[-1]
+        marking = last_marking(net, trace)
         most = len(trace) + (STEPS if known is None else CLOSING)
         is_first = True
         while True:
@@ -202,7 +202,7 @@ class Walks:
         """
         circle = blocked.circle
         callback = next(c for c in self._waiting.callbacks.values() if c.waiter == blocked.callback)
-        end, page = replay(self._net, blocked.trace)[-1], callback.waiter.element
+        end, page = last_marking(self._net, blocked.trace), callback.waiter.element
         waits = circle is None and bool(self._waiting.lacking(page, end))
 
         def is_there(marking: list[int]) -> bool:

@@ -11,7 +11,7 @@ from dineros.analysis.checks.properties import Properties
 from dineros.analysis.checks.question import Checked, Question
 from dineros.analysis.logic.language.errors import FormulaError
 from dineros.analysis.model.final_conditions import FinalCondition
-from dineros.analysis.nets.witness import replay
+from dineros.analysis.nets.witness import last_marking
 from dineros.analysis.witnesses.findings import Fault, Wait
 from dineros.analysis.witnesses.witness import Witness, witness_to
 from dineros.metamodel.elements import is_unseen, node_net_of
@@ -87,7 +87,7 @@ class Deadlock(Question):
         from dineros.analysis.checks.deadlocks import group_text, is_finished
 
         subject = checked.subject
-        circle = checked.waiting.circle(replay(subject.net, group.trace)[-1])
+        circle = checked.waiting.circle(last_marking(subject.net, group.trace))
         if circle is not None:
             Callbacks.find(checked, circle, group.trace)
             return

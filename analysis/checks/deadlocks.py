@@ -23,7 +23,7 @@ from dineros.analysis.model.final_conditions import FinalCondition
 from dineros.analysis.model.resting import doers, not_final, shut_down_marks, unused_marks
 from dineros.analysis.model.subject import Subject
 from dineros.analysis.nets.graph_parts import strongly_connected_parts
-from dineros.analysis.nets.witness import replay
+from dineros.analysis.nets.witness import last_marking
 from dineros.analysis.symbolic.boxes import Box
 from dineros.analysis.symbolic.counting import DiagramCounts
 from dineros.analysis.symbolic.engine import SymbolicStateSpace
@@ -124,7 +124,7 @@ def group_at(
     ignored : collection of int
         Places whose tokens mean nothing for a deadlock, such as values of signals.
     """
-    marking, places = list(replay(subject.net, trace)[-1]), _RestPlaces(subject)
+    marking, places = last_marking(subject.net, trace), _RestPlaces(subject)
     is_final = None if final is None else final.holds_at(marking)
     for place in ignored:
         marking[place] = places.initial[place]

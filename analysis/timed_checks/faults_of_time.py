@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Iterator, Sequence
+from collections import defaultdict
+from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
 from dineros.analysis.checks.question import Checked, Question
 from dineros.analysis.checks.unused import TRANSITION
 from dineros.analysis.nets.compiled import Int64Array
-from dineros.analysis.nets.graph_parts import numbered_parts
+from dineros.analysis.nets.graph_parts import numbered_parts, shortest_path
 from dineros.analysis.properties.predicates import MarkingMatrix, enabled
 from dineros.analysis.timed.exploring import Explored, Trace
 from dineros.analysis.timed.graph import timed_graph
@@ -181,23 +182,12 @@ def _circle(size: int, edges: Edges) -> tuple[int, Trace] | None:
 
 def _round(start: int, source: Int64Array, target: Int64Array, label: Int64Array) -> Sequence[int]:
     """Return the labels of a shortest way from a node of a circle back to it."""
-    after: dict[int, list[tuple[int, int]]] = {}
+    end = -1  # the node itself, as the end of the way
+    labels: dict[tuple[int, int], int] = {}
+    after: defaultdict[int, list[int]] = defaultdict(list)
     for a, b, t in zip(source.tolist(), target.tolist(), label.tolist(), strict=True):
-        after.setdefault(a, []).append((b, t))
-    before: dict[int, tuple[int, int]] = {}
-    queue = deque([start])
-    while queue:
-        here = queue.popleft()
-        for there, fired in after.get(here, ()):
-            if there == start:
-                return [*reversed(list(_back(here, start, before))), fired]
-            if there not in before:
-                before[there] = here, fired
-                queue.append(there)
-    raise AssertionError("a node of a strongly connected part is on a circle")
-
-
-def _back(here: int, start: int, before: dict[int, tuple[int, int]]) -> Iterator[int]:
-    while here != start:
-        here, fired = before[here]
-        yield fired
+        there = end if b == start else b
+        if (a, there) not in labels:
+            labels[a, there] = t
+            after[a].append(there)
+    return [labels[step] for step in pairwise(shortest_path(after, start, end))]

@@ -10,7 +10,7 @@ from dineros.analysis.answers.outcome import FiredAt
 from dineros.analysis.model.subject import FiringTime, Subject
 from dineros.analysis.nets.coverability import Pumping
 from dineros.analysis.nets.shortening import way_before
-from dineros.analysis.nets.witness import WitnessError, replay
+from dineros.analysis.nets.witness import WitnessError, last_marking
 from dineros.analysis.witnesses.folding import in_rounds
 from dineros.analysis.witnesses.order import disorder
 from dineros.analysis.witnesses.rounds import MOST_TRIED, repeating_way
@@ -72,7 +72,7 @@ class Witness:
         numbers = [subject.transition_index.get(step.transition) for step in self.steps]
         trace = [number for number in numbers if number is not None]
         try:
-            return replay(subject.net, trace)[-1] if len(trace) == len(numbers) else None
+            return last_marking(subject.net, trace) if len(trace) == len(numbers) else None
         except WitnessError:
             return None
 
