@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 from dineros.analysis.model.shared_responses import shared_responses
 from dineros.metamodel import pn, sym
 from dineros.metamodel.times.given import with_lifespans
@@ -18,17 +16,14 @@ def of_source(model: pn.Net) -> list[str]:
     Where such a model lacks a part, or presumes a value, the code can do what no run of the model does. So
     answers about all runs hold for the code only if these parts and values make no difference.
     """
-    lines = [each.text for each in _assumed(model) if isinstance(each, sym.SourceAssumption)]
+    assumed = model.assumptions if isinstance(model, sym.SystemModel) else ()
+    lines = [each.text for each in assumed if isinstance(each, sym.SourceAssumption)]
     if not lines:
         return []
     shown = [str(line) for line in lines[:MOST_NAMED]]
     if len(lines) > MOST_NAMED:
         shown.append(f"and {len(lines) - MOST_NAMED} more")
     return [f"what the model lacks changes nothing ({len(lines)}): {'; '.join(shown)}"]
-
-
-def _assumed(model: pn.Net) -> Iterable[sym.Assumption]:
-    return model.assumptions if isinstance(model, sym.SystemModel) else ()
 
 
 def assumptions(model: pn.Net, *, with_times: bool) -> list[str]:

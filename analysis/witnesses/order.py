@@ -45,7 +45,9 @@ def disorder(subject: Subject, firings: Sequence[int]) -> str:
 def _unordered(subject: Subject) -> dict[int, list[int]]:
     """Return the queues without an order, each with the places of the kinds of its messages."""
     links = [link for link in subject.links() if isinstance(link.target, pn.Place)]
-    made = {link.target.id for link in links if link.maker is not None and _part(link.role) in _QUEUES}
+    made = {
+        link.target.id for link in links if link.maker is not None and link.role.rpartition(".")[2] in _QUEUES
+    }
     colours: dict[str, list[str]] = {}
     for link in links:
         if link.rule != RULE or link.role != "colour":
@@ -60,7 +62,3 @@ def _unordered(subject: Subject) -> dict[int, list[int]]:
         for queue, ids in colours.items()
         if len(ids) > 1 and not any(id.startswith(f"{queue}[oldest=") for id in ids)
     }
-
-
-def _part(role: str) -> str:
-    return role.rpartition(".")[2]

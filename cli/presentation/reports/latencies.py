@@ -64,7 +64,7 @@ def write_latency_page(
             CallbackRow(
                 label(page),
                 label(node),
-                _seconds(period) if period is not None else f"{float(1 / rate):g} s" if rate else "open",
+                f"{period:g} s" if period is not None else f"{float(1 / rate):g} s" if rate else "open",
                 "open" if duration is None else _interval(duration.earliest, duration.latest),
                 span(response),
                 response.reason,
@@ -90,10 +90,6 @@ def write_latency_page(
         notes=notes,
     )
     write_page(output, *latency_page(content))
-
-
-def _seconds(value: float) -> str:
-    return f"{value:g} s"
 
 
 def _interval(earliest: float | None, latest: float | None) -> str:
