@@ -10,9 +10,14 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from dineros.cli.analysing import load_subject, write_witness
-from dineros.cli.console import say as console_say
 from dineros.cli.console import say_json
-from dineros.cli.presentation.answers import answer_and_times, say_times, times_fields
+from dineros.cli.presentation.answers import (
+    answer_and_times,
+    assumes_field,
+    say_assumes,
+    say_times,
+    times_fields,
+)
 from dineros.cli.presentation.evidence import (
     certified,
     confirmed,
@@ -196,15 +201,11 @@ class Asking:
             told = {name: getattr(answer, name) for name in ("status", "reason", "by", "states", *timed)}
             shown = {"witness": witness.to_dict() if witness else None}
             times = times_fields(self.times, None if answer.status == "unknown" else is_universal)
-            assumes: dict[str, object] = {"assumes": assumed} if assumed else {}
-            backing = self._backing()
-            say_json(
-                {"model": str(self.model), **first, **told, **shown, **last, **times, **assumes, **backing}
-            )
+            basis = {**times, **assumes_field(assumed), **self._backing()}
+            say_json({"model": str(self.model), **first, **told, **shown, **last, **basis})
         else:
             say()
-            for each in assumed:
-                console_say(f"assumes: {each}")
+            say_assumes(assumed)
             if self.times is not None and answer.status != "unknown":
                 say_times(self.times, answer_and_times(self.times, is_universal))
         if self.certificate is not None:

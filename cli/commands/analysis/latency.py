@@ -18,6 +18,7 @@ from dineros.cli.options import (
     settings_option,
     value_option,
 )
+from dineros.cli.presentation.answers import say_assumes
 from dineros.cli.presentation.reports.latencies import (
     lines_of_all,
     lines_of_depths,
@@ -246,8 +247,7 @@ class _Saying:
                 say(f"note: exact times are not known: {ended}")
             if not is_exact:
                 say(f"note: these are safe bounds that may never be reached; they assume that {ASSUMES}")
-            for each in self.of_source:
-                say(f"assumes: {each}")
+            say_assumes(self.of_source)
         return UNKNOWN if any(time.reason for time in times) else HOLDS
 
     def depths(self, found: Mapping[str, Depth]) -> int:
@@ -257,8 +257,9 @@ class _Saying:
             assumed = {"assumes": "; ".join(self.of_source)} if self.of_source else {}
             say_json({"model": str(self.model), "depths": depths, **assumed})
         else:
-            for line in [*lines_of_depths(found), *(f"assumes: {each}" for each in self.of_source)]:
+            for line in lines_of_depths(found):
                 say(line)
+            say_assumes(self.of_source)
         return UNKNOWN if any(each.least is None for each in found.values()) else HOLDS
 
     def of_chain(self, found: Latency) -> list[str]:
