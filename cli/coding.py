@@ -13,7 +13,7 @@ import click
 
 from dineros.cli.console import note, warn
 from dineros.cli.models import change, refuse_invalid
-from dineros.cli.options import Adds, cache_folder, flag, path_option, together, value_option
+from dineros.cli.options import Adds, cache_folder, collected, flag, path_option, together, value_option
 from dineros.cli.searching import search
 
 if TYPE_CHECKING:
@@ -37,13 +37,7 @@ class ModelOfCode:
 
 @dataclass(frozen=True)
 class Code:
-    """Folders of source code.
-
-    Raises
-    ------
-    UsageError
-        An option for source code is given, and no folder is.
-    """
+    """Folders of source code."""
 
     folders: tuple[Path, ...]
     facts: Path | None = None
@@ -57,7 +51,8 @@ class Code:
     no_cache: bool = False
     """Whether nothing is taken from the cache, and nothing kept."""
 
-    def __post_init__(self) -> None:
+    def refuse_without_folders(self) -> None:
+        """Reject options that need source code if no folder is given; raises `UsageError`."""
         given = {"--facts": self.facts, "--launch": self.launch, "--idioms": self.idioms}
         for option, value in given.items():
             if value not in (None, ()) and not self.folders:
@@ -177,8 +172,9 @@ cache_option = flag("--no-cache", "Read all source code again, and do not cache 
 
 
 def code_options() -> Adds:
-    """Return the options that name source code."""
+    """Return the options that name source code, passed as `code`; `--no-cache` is apart."""
     return together(
+        collected(Code, "code"),
         path_option(
             "--source FOLDER",
             "Source code in Python and C++; it is read, never executed; repeatable.",

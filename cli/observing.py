@@ -11,7 +11,16 @@ from typing import TYPE_CHECKING
 import click
 
 from dineros.cli.console import warn
-from dineros.cli.options import Adds, flag, invocation, path_option, together, value_option, values_option
+from dineros.cli.options import (
+    Adds,
+    collected,
+    flag,
+    invocation,
+    path_option,
+    together,
+    value_option,
+    values_option,
+)
 from dineros.cli.searching import search
 
 if TYPE_CHECKING:
@@ -21,13 +30,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Source:
-    """The source of an observed system.
-
-    Raises
-    ------
-    UsageError
-        None or both of graph and recording are named, or a filter of the graph is for a recording.
-    """
+    """The source of an observed system."""
 
     graph: bool
     """In a running graph."""
@@ -41,7 +44,7 @@ class Source:
     seconds: float
     """How long the graph is watched."""
 
-    def __post_init__(self) -> None:
+    def _require_one(self) -> None:
         if self.graph == (self.bag is not None):
             raise click.UsageError("name one source of the system: --graph or --bag RECORDING")
         given = {"--domain": self.domain, "--namespace": self.namespaces, "--without": self.without}
@@ -58,9 +61,12 @@ class Source:
 
         Raises
         ------
+        UsageError
+            None or both of graph and recording are named, or a filter of the graph is for a recording.
         DinerosError
             ROS 2 is not there, no node or topic is, or the recording cannot be read.
         """
+        self._require_one()
         if self.bag is not None:
             with opened(self.bag) as recording:
                 return recording.system()
@@ -94,6 +100,7 @@ def opened(bag: Path) -> Iterator[Recording]:
 
 
 source_options = together(
+    collected(Source, "source"),
     flag("--graph", "Observe the graph of a running ROS 2 system."),
     path_option("--bag RECORDING", "Read a recording of rosbag2: its folder, or one .mcap or .db3 file."),
     value_option(
@@ -113,7 +120,7 @@ source_options = together(
         show_default=True,
     ),
 )
-"""The options of a source, as in `Source`."""
+"""The options of a source, passed as `source`."""
 
 
 def recording_options(when: str = "") -> Adds:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from functools import wraps
 from pathlib import Path
-from typing import Any, Protocol, TypeVar
+from typing import Any, Protocol, TypeVar, cast
 
 import click
 from click.shell_completion import CompletionItem
@@ -132,6 +133,21 @@ def together(*options: Adds) -> Adds:
         for option in reversed(options):
             function = option(function)
         return function
+
+    return add
+
+
+def collected(kind: type, into: str) -> Adds:
+    """Pass the values of all options that are fields of a dataclass as one object of it."""
+    names = [each.name for each in fields(kind)]
+
+    def add(function: F, /) -> F:
+        @wraps(function)
+        def call(**values: Any) -> Any:
+            made = kind(**{name: values.pop(name) for name in names})
+            return function(**values, **{into: made})
+
+        return cast(F, call)
 
     return add
 

@@ -107,11 +107,7 @@ ASKED_SHARE = 0.8
 @json_option
 def check(
     model: Path | None,
-    folders: tuple[Path, ...],
-    facts: Path | None,
-    launch: str | None,
-    idioms: tuple[Path, ...],
-    arguments: tuple[str, ...],
+    code: Code,
     given: Path | None,
     format: str,
     suggest_capacities: bool,
@@ -126,7 +122,6 @@ def check(
     write_baseline: Path | None,
     confirm: bool,
     scheduler: str | None,
-    no_cache: bool,
     settings: tuple[str, ...],
     as_json: bool,
 ) -> int:
@@ -138,7 +133,7 @@ def check(
     The exit status is 1 if there is a finding (notes, suppressed findings and those of the baseline do not
     count), and 3 if an answer stays unknown that could be more than a note.
     """
-    start_quickly(None if folders else model)
+    start_quickly(None if code.folders else model)
     from dineros.analysis.checks.check import check as check_model
     from dineros.analysis.consequences.durations import left_to_durations
     from dineros.analysis.consequences.lacks import left_to_lacks
@@ -164,21 +159,21 @@ def check(
         _refuse_with_time({"--behaviour": behaviour, "--scheduler": scheduler})
     if certificate is not None:
         refuse_certificates(certificate, also_folder=True)
-    if model is not None and folders:
-        model, arguments = None, (str(model), *arguments)
-    code = Code(folders, facts, launch, idioms, arguments, no_cache)
+    if model is not None and code.folders:
+        code, model = replace(code, arguments=(str(model), *code.arguments)), None
+    code.refuse_without_folders()
     run, report = search(), Report()
     net: pn.Net
     of_code: list[Finding] = []
-    if folders:
+    if code.folders:
         _refuse_with_source(output, certificate)
         made = model_of_code(code, given, settings)
         net, of_code = made.model, made.findings
-        model, orders, faults = folders[0], None, faults_of_code()
+        model, orders, faults = code.folders[0], None, faults_of_code()
     elif model is None or given is not None:
         raise click.UsageError("name what to check: MODEL, or --source FOLDER; --given requires --source")
     else:
-        net, orders, faults = load_valid(model, settings), orders_beside(model, no_cache), TIMED_FAULTS
+        net, orders, faults = load_valid(model, settings), orders_beside(model, code.no_cache), TIMED_FAULTS
     if suggests:
         return suggest(suggests[0], net, model, format == "json", witnesses)
     acceptance = Acceptance(net, baseline, write_baseline)
@@ -275,7 +270,7 @@ def check(
     if output is not None and output.suffix.lower() == ".html":
         from dineros.cli.presentation.reports.checks import write_check_report
 
-        write_check_report(report, net, output, model, settings, folders)
+        write_check_report(report, net, output, model, settings, code.folders)
         if format == "text":
             summarise(f"{model} -> {output}")
     elif output is not None:

@@ -34,18 +34,8 @@ if TYPE_CHECKING:
 @json_option
 def diff(
     model: Path,
-    graph: bool,
-    bag: Path | None,
-    domain: int | None,
-    namespaces: tuple[str, ...],
-    without: tuple[str, ...],
-    seconds: float,
-    folders: tuple[Path, ...],
-    facts: Path | None,
-    launch: str | None,
-    idioms: tuple[Path, ...],
-    no_cache: bool,
-    arguments: tuple[str, ...],
+    source: Source,
+    code: Code,
     format: str,
     settings: tuple[str, ...],
     as_json: bool,
@@ -60,19 +50,18 @@ def diff(
     from dineros.analysis.witnesses.findings import worst_first
     from dineros.observation.differences.comparing import FAULTS, differences
 
-    code = Code(folders, facts, launch, idioms, arguments, no_cache)
+    code.refuse_without_folders()
     system = load_valid_system(model, settings)
 
     def compared(seen: ObservedSystem) -> Report:
-        return differences(system, seen, namespaces, without)
+        return differences(system, seen, source.namespaces, source.without)
 
-    if folders:
-        code.refuse_beside(bag, graph or domain is not None)
+    if code.folders:
+        code.refuse_beside(source.bag, source.graph or source.domain is not None)
         read, _ = code.read()
         say_taken(read.taken)
         report = compared(read.system)
     else:
-        source = Source(graph, bag, domain, namespaces, without, seconds)
         report = compared(source.system(lambda seen: bool(compared(seen).findings)))
     report.findings = worst_first(report.findings)
     with search().answer():

@@ -46,18 +46,8 @@ if TYPE_CHECKING:
 @output_option("The model to write: .xmi or .pnml.", required=True)
 @json_option
 def import_(
-    graph: bool,
-    bag: Path | None,
-    domain: int | None,
-    namespaces: tuple[str, ...],
-    without: tuple[str, ...],
-    seconds: float,
-    folders: tuple[Path, ...],
-    facts: Path | None,
-    launch: str | None,
-    idioms: tuple[Path, ...],
-    no_cache: bool,
-    arguments: tuple[str, ...],
+    source: Source,
+    code: Code,
     interfaces: tuple[str, ...],
     given: Path | None,
     output: Path,
@@ -78,10 +68,11 @@ def import_(
     """
     refuse_output(output, (".xmi", ".pnml"))
     if interfaces:
-        if graph or bag is not None:
+        if source.graph or source.bag is not None:
             raise click.UsageError("--interfaces cannot be combined with --graph or --bag")
         return _interfaces(interfaces, output, as_json)
-    code = Code(folders, facts, launch, idioms, arguments, no_cache)
+    code.refuse_without_folders()
+    folders, namespaces, without = code.folders, source.namespaces, source.without
     lacks: tuple[str, ...] = ()
     from dineros.metamodel.files import save
     from dineros.metamodel.files.atomic import write_atomically
@@ -97,12 +88,11 @@ def import_(
     beside = given or given_beside(output)
     said = read_given(beside) if given is not None or beside.exists() else Given()
     if folders:
-        code.refuse_beside(bag, graph=False)
-        if domain is not None and not graph:
+        code.refuse_beside(source.bag, graph=False)
+        if source.domain is not None and not source.graph:
             raise click.UsageError("--domain requires --graph")
         read, found = code.read()
-        if graph:
-            source = Source(graph, bag, domain, namespaces, without, seconds)
+        if source.graph:
             found += _against(read, source)
         seen, said = within(read.system, namespaces, without), read.with_people(said)
         named = within(read.apart, namespaces, without)
@@ -110,7 +100,6 @@ def import_(
         lacks = (*read.lacks, *threads)
         say_taken((*read.taken, *threads))
     else:
-        source = Source(graph, bag, domain, namespaces, without, seconds)
         named = seen = source.system(lambda seen: bool(mismatches(seen)))
     kept = within(seen, namespaces)
     faults = code.mismatches(read, named) if folders else mismatches(named)
