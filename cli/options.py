@@ -119,6 +119,10 @@ class ModelPath(click.Path):
         return [CompletionItem(match) for match in matches]
 
 
+ANY_PATH = click.Path(path_type=Path)
+"""A file or folder, which completes to all of them."""
+
+
 class Adds(Protocol):
     """Adds options to a command's function."""
 
@@ -185,7 +189,7 @@ def values_option(usage: str, help: str, *, into: str | None = None) -> Adds:
 
 def path_option(usage: str, help: str, *, into: str | None = None, **more: Any) -> Adds:
     """Add an option for a file or folder; see `value_option`."""
-    return value_option(usage, help, into=into, type=click.Path(path_type=Path), **more)
+    return value_option(usage, help, into=into, type=ANY_PATH, **more)
 
 
 def model_path_option(usage: str, help: str, *, into: str | None = None, **more: Any) -> Adds:
@@ -207,9 +211,17 @@ def _names(name: str, into: str | None) -> tuple[str, ...]:
     return (name,) if into is None else (name, into)
 
 
-def output_option(help: str, *, metavar: str = "OUT", required: bool = False) -> Adds:
-    """Add the option `-o`, a file to write, passed as `output`."""
-    return click.option("-o", "--output", type=ModelPath(), metavar=metavar, required=required, help=help)
+def output_option(
+    help: str,
+    *,
+    metavar: str = "OUT",
+    required: bool = False,
+    type: click.Path | None = None,
+    into: str = "output",
+) -> Adds:
+    """Add the option `-o`, a file or folder to write; by default, it completes as `ModelPath`."""
+    kind = type or ModelPath()
+    return click.option("-o", "--output", into, type=kind, metavar=metavar, required=required, help=help)
 
 
 def format_option(what: str) -> Adds:

@@ -15,10 +15,12 @@ from dineros.cli.models import (
     settings_on_ros2,
 )
 from dineros.cli.options import (
+    ANY_PATH,
     flag,
     json_option,
     middleware_option,
     model_argument,
+    output_option,
     path_option,
     settings_option,
     value_option,
@@ -37,14 +39,12 @@ FOUND = 1
     "dineros generate sorting.sym.xmi -o workspace --systemd --container",
 )
 @model_argument()
-@click.option(
-    "-o",
-    "--output",
-    "workspace",
-    type=click.Path(path_type=Path),
+@output_option(
+    "The workspace; the packages are written to its folder src/.",
     metavar="WORKSPACE",
     required=True,
-    help="The workspace; the packages are written to its folder src/.",
+    type=ANY_PATH,
+    into="workspace",
 )
 @middleware_option
 @settings_option

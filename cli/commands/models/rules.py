@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from dineros.cli.console import say, say_json, say_lines, summarise
-from dineros.cli.options import command, json_option, rules_option
+from dineros.cli.options import ANY_PATH, command, json_option, output_option, rules_option
 
 if TYPE_CHECKING:
     from dineros.transformations.language.rule import Rule
@@ -17,13 +17,7 @@ if TYPE_CHECKING:
 
 @command("dineros rules", "dineros rules T2", "dineros rules T2 -o t2.svg")
 @click.argument("rule", metavar="[RULE]", required=False)
-@click.option(
-    "-o",
-    "--output",
-    type=click.Path(path_type=Path),
-    metavar="OUT",
-    help="Draw the rule: .svg, .png or .dot.",
-)
+@output_option("Draw the rule: .svg, .png or .dot.", type=ANY_PATH)
 @rules_option("List the rules of this Python file as well.")
 @json_option
 def rules(rule: str | None, output: Path | None, rule_file: Path | None, as_json: bool) -> int:

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import click
-
 from dineros.cli.console import note, working
 from dineros.cli.models import load_valid_system
-from dineros.cli.options import json_option, model_argument, settings_option
+from dineros.cli.options import ANY_PATH, json_option, model_argument, output_option, settings_option
 from dineros.cli.outputs import refuse_file
 from dineros.cli.presentation.workspaces import say_parts
 from dineros.cli.supervising import reading_command
@@ -16,14 +14,7 @@ from dineros.cli.supervising import reading_command
 
 @reading_command("dineros split sorting.sym.xmi -o nodes", "dineros split sorting.sym.xmi -o nodes --json")
 @model_argument()
-@click.option(
-    "-o",
-    "--output",
-    type=click.Path(path_type=Path),
-    metavar="DIR",
-    required=True,
-    help="The folder to write.",
-)
+@output_option("The folder to write.", metavar="DIR", required=True, type=ANY_PATH)
 @settings_option
 @json_option
 def split(model: Path, output: Path, settings: tuple[str, ...], as_json: bool) -> int:
