@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from dineros.analysis.answers.budget import Budget, Progress
     from dineros.analysis.answers.outcome import Outcome
-    from dineros.analysis.answers.outcome import Outcome as Verdict
     from dineros.analysis.logic.language.errors import FormulaError
     from dineros.analysis.logic.language.names import Names, NetNames
     from dineros.analysis.logic.language.parser import parse
@@ -23,14 +22,13 @@ __all__ = [
     "NetNames",
     "Outcome",
     "Progress",
-    "Verdict",
     "parse",
     "verify_ltl",
 ]
 
 _MODULES = {
     **dict.fromkeys(("Budget", "Progress"), "dineros.analysis.answers.budget"),
-    **dict.fromkeys(("Outcome", "Verdict"), "dineros.analysis.answers.outcome"),
+    "Outcome": "dineros.analysis.answers.outcome",
     "FormulaError": "dineros.analysis.logic.language.errors",
     **dict.fromkeys(("Names", "NetNames"), "dineros.analysis.logic.language.names"),
     "parse": "dineros.analysis.logic.language.parser",
@@ -42,4 +40,4 @@ _MODULES = {
 def __getattr__(name: str) -> Any:
     if name not in _MODULES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(importlib.import_module(_MODULES[name]), "Outcome" if name == "Verdict" else name)
+    return getattr(importlib.import_module(_MODULES[name]), name)

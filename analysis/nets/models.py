@@ -70,13 +70,7 @@ def _add(row: dict[str, int], place: str, weight: int, least: bool = False) -> N
 
 def to_model(net: CompiledNet, id: str) -> pn.Net:
     """Return a compiled net as a model of one page, so that it can be saved."""
-    made = pn.Net(id=id)
-    page = pn.Page(id=f"{id}.page", net=made)
-    place_nodes = [
-        pn.Place(id=name, tokens=int(tokens)) for name, tokens in zip(net.places, net.initial, strict=True)
-    ]
-    transition_nodes = [pn.Transition(id=name) for name in net.transitions]
-    page.objects.extend([*place_nodes, *transition_nodes])
+    page, place_nodes, transition_nodes = page_of_nodes(net, id)
     joined = []
     for number, transition in enumerate(transition_nodes):
         for place, weight in net.pre.row(number):
@@ -86,7 +80,19 @@ def to_model(net: CompiledNet, id: str) -> pn.Net:
         for place, weight in net.inhibitor.row(number):
             joined.append(_arc(place_nodes[place], transition, weight, "inhibitor"))
     page.arcs.extend(joined)
-    return made
+    return page.net
+
+
+def page_of_nodes(net: CompiledNet, id: str) -> tuple[pn.Page, list[pn.Place], list[pn.Transition]]:
+    """Return the page of a new model with the places and transitions of a net, without arcs."""
+    page = pn.Page(id=f"{id}.page", net=pn.Net(id=id))
+    places = [
+        pn.Place(id=name, tokens=tokens)
+        for name, tokens in zip(net.places, net.initial.tolist(), strict=True)
+    ]
+    transitions = [pn.Transition(id=name) for name in net.transitions]
+    page.objects.extend([*places, *transitions])
+    return page, places, transitions
 
 
 def _arc(source: pn.Node, target: pn.Node, weight: int, kind: str) -> pn.Arc:

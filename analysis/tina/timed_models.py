@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 
+from dineros.analysis.nets.models import page_of_nodes
 from dineros.analysis.timed.nets import TimedNet
 from dineros.metamodel import pn
 from dineros.metamodel.build import flow, inhibit, read
@@ -22,14 +23,7 @@ def to_timed_model(net: TimedNet, id: str, unit: Fraction | None = None) -> pn.N
         `TimedNet.unit`: then they are whole numbers.
     """
     unit = net.unit if unit is None else unit
-    made = pn.Net(id=id)
-    page = pn.Page(id=f"{id}.page", net=made)
-    initial = net.untimed.initial.tolist()
-    places = [
-        pn.Place(id=name, tokens=tokens) for name, tokens in zip(net.untimed.places, initial, strict=True)
-    ]
-    transitions = [pn.Transition(id=name) for name in net.untimed.transitions]
-    page.objects.extend([*places, *transitions])
+    page, places, transitions = page_of_nodes(net.untimed, id)
     for number, transition in enumerate(transitions):
         interval = net.intervals[number]
         if not interval.is_free:
@@ -52,4 +46,4 @@ def to_timed_model(net: TimedNet, id: str, unit: Fraction | None = None) -> pn.N
     for low, above in enumerate(net.above):
         for high in above:
             transitions[high].overrides.append(transitions[low])
-    return made
+    return page.net

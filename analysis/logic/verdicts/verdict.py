@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from dineros.analysis.answers.outcome import Outcome as Verdict
 from dineros.analysis.logic.language.atoms import BoundAtoms, Linear, Step
 from dineros.analysis.logic.language.semantics import holds_on_lasso
 from dineros.analysis.logic.language.syntax import Formula
@@ -15,16 +14,6 @@ Marking = tuple[int, ...]
 
 MOST_FIRINGS = 10_000
 """Maximum number of firings of a loop that are replayed until atoms keep their values."""
-
-__all__ = [
-    "ReplayError",
-    "Verdict",
-    "check_counterexample",
-    "fired",
-    "replayed",
-    "settled",
-    "unfair_to",
-]
 
 
 class ReplayError(AssertionError):
