@@ -28,6 +28,7 @@ import numpy as np
 from dineros.analysis.answers.budget import Budget, Progress
 from dineros.analysis.covering.distance import CoveringPrograms
 from dineros.analysis.covering.tree import with_complements, without_inhibitors
+from dineros.analysis.nets.bounds import producers_of
 from dineros.analysis.nets.compiled import ArcTable, CompiledNet
 from dineros.analysis.nets.structure import never_possible
 from dineros.analysis.nets.witness import replay, way_to
@@ -67,11 +68,7 @@ class Backward:
         count = range(len(self._net.transitions))
         self._needs = [self._net.pre.row(t) for t in count]
         self._changes = [list(change.items()) for change in self._net.delta]
-        self._producers: list[list[int]] = [[] for _ in self._net.places]
-        for t, change in enumerate(self._changes):
-            for place, tokens in change:
-                if tokens > 0:
-                    self._producers[place].append(t)
+        self._producers = producers_of(self._net)
         self._initial: Marking = tuple(self._net.initial.tolist())
         self._programs = CoveringPrograms(self._net)
         self._weightings: list[tuple[list[tuple[int, int]], int]] = []

@@ -81,16 +81,8 @@ class EditedNet:
         self.cases: dict[str, list[Firing]] = {}
         self._above = [(names[high], names[low]) for low, row in enumerate(net.above) for high in row]
         for row, interval in zip(rows, net.intervals, strict=True):
-            self.cases[row.name] = [
-                Firing(
-                    row.name,
-                    dict(row.inputs),
-                    dict(row.outputs),
-                    dict(row.reads),
-                    dict(row.inhibitors),
-                    interval,
-                )
-            ]
+            take, put, inhibit, read = map(dict, row[1:])
+            self.cases[row.name] = [Firing(row.name, take, put, read, inhibit, interval)]
 
     def original(self, name: str) -> Firing:
         """Return the first case of a transition."""

@@ -70,7 +70,7 @@ def _add(row: dict[str, int], place: str, weight: int, least: bool = False) -> N
 
 def to_model(net: CompiledNet, id: str) -> pn.Net:
     """Return a compiled net as a model of one page, so that it can be saved."""
-    page, place_nodes, transition_nodes = page_of_nodes(net, id)
+    made, page, place_nodes, transition_nodes = model_of_nodes(net, id)
     joined = []
     for number, transition in enumerate(transition_nodes):
         for place, weight in net.pre.row(number):
@@ -80,19 +80,18 @@ def to_model(net: CompiledNet, id: str) -> pn.Net:
         for place, weight in net.inhibitor.row(number):
             joined.append(_arc(place_nodes[place], transition, weight, "inhibitor"))
     page.arcs.extend(joined)
-    return page.net
+    return made
 
 
-def page_of_nodes(net: CompiledNet, id: str) -> tuple[pn.Page, list[pn.Place], list[pn.Transition]]:
-    """Return the page of a new model with the places and transitions of a net, without arcs."""
-    page = pn.Page(id=f"{id}.page", net=pn.Net(id=id))
-    places = [
-        pn.Place(id=name, tokens=tokens)
-        for name, tokens in zip(net.places, net.initial.tolist(), strict=True)
-    ]
+def model_of_nodes(net: CompiledNet, id: str) -> tuple[pn.Net, pn.Page, list[pn.Place], list[pn.Transition]]:
+    """Return a new model with the places and transitions of a net on one page, without arcs."""
+    made = pn.Net(id=id)
+    page = pn.Page(id=f"{id}.page", net=made)
+    tokens = zip(net.places, net.initial.tolist(), strict=True)
+    places = [pn.Place(id=name, tokens=number) for name, number in tokens]
     transitions = [pn.Transition(id=name) for name in net.transitions]
     page.objects.extend([*places, *transitions])
-    return page, places, transitions
+    return made, page, places, transitions
 
 
 def _arc(source: pn.Node, target: pn.Node, weight: int, kind: str) -> pn.Arc:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from dineros.analysis.nets.models import page_of_nodes
+from dineros.analysis.nets.models import model_of_nodes
 from dineros.analysis.timed.nets import TimedNet
 from dineros.metamodel import pn
 from dineros.metamodel.build import flow, inhibit, read
@@ -23,7 +23,7 @@ def to_timed_model(net: TimedNet, id: str, unit: Fraction | None = None) -> pn.N
         `TimedNet.unit`: then they are whole numbers.
     """
     unit = net.unit if unit is None else unit
-    page, places, transitions = page_of_nodes(net.untimed, id)
+    made, _, places, transitions = model_of_nodes(net.untimed, id)
     for number, transition in enumerate(transitions):
         interval = net.intervals[number]
         if not interval.is_free:
@@ -46,4 +46,4 @@ def to_timed_model(net: TimedNet, id: str, unit: Fraction | None = None) -> pn.N
     for low, above in enumerate(net.above):
         for high in above:
             transitions[high].overrides.append(transitions[low])
-    return page.net
+    return made

@@ -96,10 +96,6 @@ def part_around(net: TimedNet, places: Iterable[int]) -> NetPart | None:
 
 def _closed(net: TimedNet, places: Iterable[int]) -> set[int]:
     """Return places, and all those that transitions test that change tokens on one of them."""
-    changing: list[list[int]] = [[] for _ in net.untimed.places]
-    for transition, delta in enumerate(net.untimed.delta):
-        for place in delta:
-            changing[place].append(transition)
     inside: set[int] = set()
     todo = list(places)
     while todo:
@@ -107,7 +103,7 @@ def _closed(net: TimedNet, places: Iterable[int]) -> set[int]:
         if place in inside:
             continue
         inside.add(place)
-        for transition in changing[place]:
+        for transition in net.untimed.changing[place]:
             todo.extend(net.untimed.tested(transition) - inside)
     return inside
 
