@@ -17,8 +17,8 @@ from dineros.analysis.answers.budget import RAN_OUT, UNLIMITED, Budget, BudgetEx
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.evidence.confirmation import ONE_ENGINE, Confirmation, rests_on_markings
 from dineros.analysis.evidence.timed_confirmation import COUNTED, STRONG, confirm_timed_answer
+from dineros.analysis.logic.graphs.predicates import MarkingMatrix
 from dineros.analysis.nets.compiled import Int64Array
-from dineros.analysis.properties.predicates import MarkingMatrix
 from dineros.analysis.questions.net_questions import Linear
 from dineros.analysis.requirements.stored import Asked
 from dineros.analysis.timed.graph import timed_graph

@@ -12,6 +12,7 @@ import numpy as np
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.answers.evidence import Evidence, Excluded
+from dineros.analysis.logic.graphs.predicates import Flags, MarkingMatrix, enabled
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.coverability import coverability
 from dineros.analysis.nets.graph_parts import numbered_parts
@@ -21,7 +22,6 @@ from dineros.analysis.portfolio.walker import Walker
 from dineros.analysis.proofs.state_equation import StateEquation
 from dineros.analysis.properties.behaviour import TooMuchWorkError, behaviour
 from dineros.analysis.properties.part_of_graph import PartOfGraph
-from dineros.analysis.properties.predicates import Flags, MarkingMatrix, enabled
 from dineros.analysis.symbolic.engine import SymbolicStateSpace
 
 Decide = Callable[[str, bool, str], None]

@@ -12,6 +12,7 @@ import numpy as np
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.answers.evidence import Evidence, Excluded, Weighting, together
 from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.logic.graphs.predicates import MarkingMatrix, Markings, is_condition, satisfied, total
 from dineros.analysis.logic.language.atoms import BoundAtoms, Condition, Linear, SomeEnabled
 from dineros.analysis.logic.language.names import Names, NetNames
 from dineros.analysis.logic.language.syntax import OPERATORS, TRUE, And, Atom, Constant, Deadlock, Formula
@@ -21,7 +22,6 @@ from dineros.analysis.nets.witness import replay
 from dineros.analysis.portfolio.global_properties import GlobalQuestions
 from dineros.analysis.portfolio.reach import Reach
 from dineros.analysis.properties.normal_form import folded, goal_of, initially, of_linear, parts_of
-from dineros.analysis.properties.predicates import MarkingMatrix, Markings, is_condition, satisfied, total
 from dineros.analysis.properties.property import Property, PropertyAnswer
 
 DEADLOCK = "ReachabilityDeadlock"

@@ -15,8 +15,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from dineros.analysis.logic.graphs.predicates import Flags, Int64Array, MarkingMatrix
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.properties.predicates import Flags, Int64Array, MarkingMatrix
 from dineros.analysis.walks.arrays import NetArrays
 from dineros.analysis.walks.kernels.walks import follow as follow_counts
 from dineros.analysis.walks.kernels.walks import walk

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
+from dineros.analysis.logic.graphs.predicates import is_condition
 from dineros.analysis.logic.language.rewriting import DUAL, simplified
 from dineros.analysis.logic.language.syntax import (
     FALSE,
@@ -28,7 +29,6 @@ from dineros.analysis.logic.language.syntax import (
     Release,
     Until,
 )
-from dineros.analysis.properties.predicates import is_condition
 
 
 def of_linear(formula: Formula) -> Formula:

@@ -22,11 +22,11 @@ from numpy.typing import NDArray
 from dineros.analysis.answers.budget import Budget, BudgetExceededError
 from dineros.analysis.explicit.layout import Layout
 from dineros.analysis.logic.ctl.state_sets import Run
+from dineros.analysis.logic.graphs.predicates import Flags, Int64Array, any_enabled, holds
 from dineros.analysis.logic.graphs.stored import Arcs, Exploration
 from dineros.analysis.logic.language.atoms import Condition
 from dineros.analysis.logic.language.syntax import Atom, Formula
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.properties.predicates import Flags, Int64Array, any_enabled, holds
 
 #: Maximum size of stored values of atoms, in bytes.
 MOST_FLAGS = 1 << 28

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.logic.graphs.predicates import is_condition
 from dineros.analysis.logic.language.atoms import BoundAtoms, all_resolved
 from dineros.analysis.logic.language.names import Names
 from dineros.analysis.logic.language.parser import parse
@@ -33,7 +34,6 @@ from dineros.analysis.nets.witness import ending_with_one_of
 from dineros.analysis.portfolio.asking import find_enabled, find_marking
 from dineros.analysis.portfolio.plans import NEAR_STATES
 from dineros.analysis.properties.normal_form import goal_of
-from dineros.analysis.properties.predicates import is_condition
 
 if TYPE_CHECKING:
     from dineros.analysis.symbolic.order_cache import OrderCache

@@ -13,9 +13,9 @@ from functools import cached_property
 import numpy as np
 
 from dineros.analysis.answers.budget import RAN_OUT, Budget
+from dineros.analysis.logic.graphs.predicates import MarkingMatrix, enabled
 from dineros.analysis.nets.compiled import CompiledNet, Int64Array
 from dineros.analysis.nets.coverability import Pumping
-from dineros.analysis.properties.predicates import MarkingMatrix, enabled
 from dineros.analysis.timed.classes import Kind
 from dineros.analysis.timed.growth import growing_loop
 from dineros.analysis.timed.nets import TimedNet

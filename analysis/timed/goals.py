@@ -11,11 +11,11 @@ import numpy as np
 
 from dineros.analysis.answers.budget import RAN_OUT, UNLIMITED, Budget
 from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.logic.graphs.predicates import Flags, MarkingMatrix, combination, holds
 from dineros.analysis.logic.language.atoms import BoundAtoms, NoneEnabled
 from dineros.analysis.logic.language.names import Names, NetNames, resolved
 from dineros.analysis.logic.language.parser import parse
 from dineros.analysis.logic.language.syntax import Atom, Formula, Name
-from dineros.analysis.properties.predicates import Flags, MarkingMatrix, combination, holds
 from dineros.analysis.timed.classes import Kind
 from dineros.analysis.timed.nets import TimedNet
 from dineros.analysis.timed.schedules import schedule

@@ -8,10 +8,10 @@ from itertools import pairwise
 import numpy as np
 
 from dineros.analysis.answers.budget import RAN_OUT, UNLIMITED, Budget, BudgetExceededError
+from dineros.analysis.logic.graphs.predicates import Flags, MarkingMatrix, any_enabled, holds
 from dineros.analysis.logic.graphs.stored import Arcs
 from dineros.analysis.logic.language.atoms import Condition, Linear, NoneEnabled, SomeEnabled, SomeFired
 from dineros.analysis.nets.compiled import Int64Array
-from dineros.analysis.properties.predicates import Flags, MarkingMatrix, any_enabled, holds
 from dineros.analysis.timed.atomic import AtomicSearch
 from dineros.analysis.timed.classes import ClassGraph, Kind
 from dineros.analysis.timed.nets import TimedNet

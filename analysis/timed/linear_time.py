@@ -21,6 +21,7 @@ from dineros.analysis.answers.budget import RAN_OUT, UNLIMITED, Budget, BudgetEx
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.logic.automata.automaton import Automaton
 from dineros.analysis.logic.automata.translation import translate
+from dineros.analysis.logic.graphs.predicates import Flags
 from dineros.analysis.logic.language.atoms import BoundAtoms, SomeFired, Step
 from dineros.analysis.logic.language.names import Names, NetNames
 from dineros.analysis.logic.language.parser import parse
@@ -40,7 +41,6 @@ from dineros.analysis.logic.language.syntax import (
 from dineros.analysis.logic.verdicts.verdict import ReplayError
 from dineros.analysis.nets.compiled import Int64Array
 from dineros.analysis.nets.graph_parts import numbered_parts
-from dineros.analysis.properties.predicates import Flags
 from dineros.analysis.timed.classes import Kind
 from dineros.analysis.timed.goals import find_timed
 from dineros.analysis.timed.graph import WAITING, EdgeWays, TimedGraph, timed_graph

@@ -21,8 +21,8 @@ from dineros.analysis.callbacks.waiting import Callback
 from dineros.analysis.callbacks.walking import Walks
 from dineros.analysis.checks.blocking import Callbacks
 from dineros.analysis.checks.question import Checked
+from dineros.analysis.logic.graphs.predicates import Flags
 from dineros.analysis.nets.graph_parts import numbered_parts
-from dineros.analysis.properties.predicates import Flags
 from dineros.analysis.timed.graph import WAITING, TimedGraph, timed_graph
 from dineros.analysis.timed_checks.timed_checked import TimedChecked, with_times
 

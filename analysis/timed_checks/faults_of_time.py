@@ -10,9 +10,9 @@ import numpy as np
 
 from dineros.analysis.checks.question import Checked, Question
 from dineros.analysis.checks.unused import TRANSITION
+from dineros.analysis.logic.graphs.predicates import MarkingMatrix, enabled
 from dineros.analysis.nets.compiled import Int64Array
 from dineros.analysis.nets.graph_parts import numbered_parts, shortest_path
-from dineros.analysis.properties.predicates import MarkingMatrix, enabled
 from dineros.analysis.timed.exploring import Explored, Trace
 from dineros.analysis.timed.graph import timed_graph
 from dineros.analysis.timed.nets import TimedNet

@@ -1,1 +1,1 @@
-"""Products of a net and an automaton, and stored reachability graphs."""
+"""Products of a net and an automaton, stored reachability graphs, and conditions on many markings."""

@@ -16,6 +16,7 @@ from dineros.analysis.answers.budget import Budget, BudgetExceededError
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.explicit.layout import layout
 from dineros.analysis.logic.ctl.fixpoints import basic, satisfying
+from dineros.analysis.logic.graphs.predicates import Int64Array, total
 from dineros.analysis.logic.language.syntax import And, Exists, ForAll, Formula
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.shortening import shortened
@@ -26,7 +27,6 @@ from dineros.analysis.portfolio.method import Method
 from dineros.analysis.portfolio.satisfies import Question, Satisfies
 from dineros.analysis.properties.normal_form import everywhere, goal_of, is_linear
 from dineros.analysis.properties.part_of_graph import PartialSets, PartOfGraph
-from dineros.analysis.properties.predicates import Int64Array, total
 
 if TYPE_CHECKING:
     from dineros.analysis.portfolio.sheet import Sheet

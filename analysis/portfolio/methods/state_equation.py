@@ -104,9 +104,9 @@ def _exclude_goals(sheet: Sheet, known: Known, budget: Budget) -> None:
 
 def _exclude_conditions(sheet: Sheet, known: Known, budget: Budget) -> None:
     """Find constant conditions, which simplify any formula that contains them."""
+    from dineros.analysis.logic.graphs.predicates import is_condition
     from dineros.analysis.logic.language.syntax import Atom, Constant, Not
     from dineros.analysis.proofs.exclusion import excluded
-    from dineros.analysis.properties.predicates import is_condition
 
     found = [
         part

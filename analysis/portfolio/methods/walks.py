@@ -44,7 +44,7 @@ class RandomWalks(Method):
 
     def answer(self, question: Question, known: Known, budget: Budget) -> Outcome | None:
         """Evaluate the markings of random walks, if the question needs no trace."""
-        from dineros.analysis.properties.predicates import satisfied
+        from dineros.analysis.logic.graphs.predicates import satisfied
 
         if not isinstance(question, Reach):
             return None

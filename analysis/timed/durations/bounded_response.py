@@ -25,11 +25,11 @@ import numpy as np
 
 from dineros.analysis.answers.budget import RAN_OUT, UNLIMITED, Budget, BudgetExceededError
 from dineros.analysis.answers.outcome import FiredAt, Outcome
+from dineros.analysis.logic.graphs.predicates import Flags, MarkingMatrix, combination, holds
 from dineros.analysis.logic.language.atoms import BoundAtoms, SomeFired
 from dineros.analysis.logic.language.bounded import Bounded, Window, is_step
 from dineros.analysis.logic.language.names import Names, NetNames
 from dineros.analysis.logic.language.syntax import Atom, Formula
-from dineros.analysis.properties.predicates import Flags, MarkingMatrix, combination, holds
 from dineros.analysis.timed.classes import Kind
 from dineros.analysis.timed.durations.paths import shortest_way
 from dineros.analysis.timed.durations.watched import GATE, Watched, Watcher, watched

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from dineros.analysis.properties.predicates import Flags
+from dineros.analysis.logic.graphs.predicates import Flags
 from dineros.analysis.timed.graph import WAITING, EdgeWays, TimedGraph
 
 
