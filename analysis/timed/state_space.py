@@ -85,7 +85,7 @@ def timed_state_space(
 def _by_classes(net: TimedNet, kind: Kind, budget: Budget) -> TimedStateSpace:
     graph = class_graph(net, kind, budget)
     counts = graph.classes, graph.edges, graph.markings, graph.deadlocks
-    return _figures(net, kind, counts, "classes", graph.reason, budget)
+    return figures(net, kind, counts, "classes", graph.reason, budget)
 
 
 def _by_counting(net: TimedNet, budget: Budget) -> TimedStateSpace:
@@ -98,10 +98,10 @@ def _by_counting(net: TimedNet, budget: Budget) -> TimedStateSpace:
         markings = count_markings(made, budget)
     except BudgetExceededError as limit:
         reason = str(limit)
-    return _figures(net, None, (None, None, markings, None), "integer", reason, budget)
+    return figures(net, None, (None, None, markings, None), "integer", reason, budget)
 
 
-def _figures(
+def figures(
     net: TimedNet,
     kind: Kind | None,
     counts: tuple[int | None, int | None, int | None, int | None],
@@ -109,6 +109,7 @@ def _figures(
     reason: str | None,
     budget: Budget,
 ) -> TimedStateSpace:
+    """Return what was found: the counts are those of classes, edges, markings and deadlocks."""
     return TimedStateSpace(
         kind,
         len(net.untimed.places),
@@ -129,4 +130,4 @@ def unfinished_timed(
     """Return what is known of a count that has to end before it is complete."""
     counts = (seen, None, None, None) if engine == "classes" else (None, None, None, None)
     began = Budget(started=time.perf_counter() - seconds)
-    return _figures(net, kind if engine == "classes" else None, counts, engine, reason, began)
+    return figures(net, kind if engine == "classes" else None, counts, engine, reason, began)

@@ -109,9 +109,7 @@ def timed_subject_of(
     return TimedSubject(model, timed.untimed, flattened, timed=timed)
 
 
-def timed_base_subject(
-    model: pn.Net, overflow: OverflowVariant = "weighted", times: bool | None = None
-) -> TimedSubject:
+def timed_base_subject(model: pn.Net, overflow: OverflowVariant = "weighted") -> TimedSubject:
     """Compile what a check asks about: the net without signals where these change nothing in time.
 
     A signal may change at any time. So a transition with a clause and without an interval or a priority fires
@@ -122,9 +120,6 @@ def timed_base_subject(
     ----------
     overflow
         How a full queue drops.
-    times
-        Whether the rules about times run. If not given, they run where the model says how long anything
-        takes.
 
     Raises
     ------
@@ -136,7 +131,7 @@ def timed_base_subject(
         return timed_subject_of(model)
     if signals_matter(model):
         return timed_subject_of(model, "fully-enabled", overflow)
-    has_times = says_times(model) if times is None else times
+    has_times = says_times(model)
     try:
         flattened, blocked = flattened_without_signals(model, overflow, has_times)
     except GuardError:

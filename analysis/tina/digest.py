@@ -10,8 +10,10 @@ from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.tina.programs import TinaAnswerError, workplace
 
-#: Rows of the digest, such as ``#      states      12     5     ?     0     12``.
-_ROW = re.compile(r"^#\s*(states|transitions)\s+(\d+)\s+\S+\s+\S+\s+(\S+)\s+\S+\s*$", re.MULTILINE)
+#: Rows of the digest, such as ``#      states      12     5     ?     0     12``; timed nets have classes.
+_ROW = re.compile(
+    r"^#\s*(classes|states|transitions)\s+(\d+)\s+\S+\s+\S+\s+(\S+)\s+\S+\s*#?\s*$", re.MULTILINE
+)
 #: The size of the net as TINA has read it: ``# net N, 6 places, 6 transitions, 14 arcs``.
 _SIZE = re.compile(r"(\d+) places, (\d+) transitions")
 #: What TINA found of the net: ``# bounded, not live, reversible``. Anything else promises no bound.
@@ -57,17 +59,6 @@ def read_counts(net: CompiledNet, printed: CompletedProcess[str]) -> TinaCounts:
     TinaError
         There is no digest, or it is that of another net.
     """
-    return read_digest(check_size(net, printed))
-
-
-def check_size(net: CompiledNet, printed: CompletedProcess[str]) -> str:
-    """Return what ``tina`` printed, if it has read a net of the right size.
-
-    Raises
-    ------
-    TinaError
-        The digest is that of another net.
-    """
     text = printed.stdout + "\n" + printed.stderr
     size = _SIZE.search(text)
     if size and (int(size[1]), int(size[2])) != (len(net.places), len(net.transitions)):
@@ -75,11 +66,11 @@ def check_size(net: CompiledNet, printed: CompletedProcess[str]) -> str:
             f"tina has read {size[1]} places and {size[2]} transitions,"
             f" where the net has {len(net.places)} and {len(net.transitions)}"
         )
-    return text
+    return read_digest(text)
 
 
 def read_digest(printed: str) -> TinaCounts:
-    """Read the counts off the digest of ``tina -R``.
+    """Read the counts off a digest of ``tina``; state classes count as states.
 
     Raises
     ------
@@ -97,11 +88,11 @@ def read_digest(printed: str) -> TinaCounts:
     TinaCounts(states=3, arcs=4, deadlocks=0, is_bounded=True)
     """
     rows = {kind: (int(number), dead) for kind, number, dead in _ROW.findall(printed)}
-    if not {"states", "transitions"} <= rows.keys():
+    states, dead = rows.get("classes") or rows.get("states") or (None, "")
+    if states is None or "transitions" not in rows:
         raise TinaAnswerError("the output of tina has no digest with states and transitions")
-    dead = rows["states"][1]
     return TinaCounts(
-        rows["states"][0],
+        states,
         rows["transitions"][0],
         int(dead) if dead.isdigit() else None,
         _BOUNDED.search(printed) is not None,

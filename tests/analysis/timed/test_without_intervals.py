@@ -5,16 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from unittest.mock import patch
 
 import pytest
 
 from benchmarks.contest.archives import unpack
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.explicit import explore
+from dineros.analysis.timed import timed_subject
 from dineros.analysis.timed.classes import Kind
 from dineros.analysis.timed.graph import class_graph
 from dineros.analysis.timed.nets import Interval, TimedNet
-from dineros.analysis.timed.timed_subject import timed_base_subject
 from dineros.metamodel import pn
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.files import load
@@ -41,7 +42,8 @@ ARCHIVES = sorted(OF_OTHERS.glob("*.tgz"))
 def without_times(model: pn.Net) -> TimedNet | None:
     """Return the net of a model, all intervals and priorities left out; None if it has no net of its own."""
     try:
-        net = timed_base_subject(model, times=False).timed
+        with patch.object(timed_subject, "says_times", return_value=False):
+            net = timed_subject.timed_base_subject(model).timed
     except DinerosError:
         return None
     return replace(net, intervals=(Interval(),) * len(net.intervals), above=((),) * len(net.intervals))
