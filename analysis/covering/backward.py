@@ -80,8 +80,6 @@ class Backward:
 
         Parameters
         ----------
-        budget : Budget
-            Limits of its time, memory and states.
         most : int
             Maximum number of stored minimal markings.
 

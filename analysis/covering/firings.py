@@ -114,8 +114,6 @@ def firings(
     ----------
     wanted : iterable of int, optional
         The transitions in question; all by default.
-    asks_deadlock : bool
-        Whether a deadlock is to be found.
     known : Firings, optional
         Result of `near_firings` for the same question.
     """

@@ -37,8 +37,6 @@ class Tree:
         If places are unbounded: a proof that can be replayed in the net.
     covered : tuple of OmegaMarking
         If the tree is too large: the maximal markings of the part that was built.
-    reason : str
-        Why something is unknown.
     """
 
     maximal: tuple[OmegaMarking, ...] | None

@@ -76,8 +76,6 @@ def property_certificate(
     ----------
     asked : Asked
         The net; its kind and text are those of the property in a certificate.
-    names : GroupedNames
-        The names with which the property was read.
     """
     evidence, said = answer.evidence, "holds" if answer.value is True else "violated"
     if answer.value is None or (one.kind != "bound" and evidence is None):

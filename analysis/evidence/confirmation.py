@@ -81,8 +81,6 @@ class Figures:
 
     Attributes
     ----------
-    markings, arcs, deadlocks, most_in_place, most_in_marking : int or None
-        As in `StateSpace`.
     never_enabled : frozenset of str or None
         Transitions that are enabled in no marking.
     """

@@ -35,8 +35,6 @@ def timed_certificate(asked: Asked, answer: Outcome, budget: Budget = UNLIMITED)
     ----------
     asked
         The question; its subject has times.
-    answer
-        The answer, with a run if it has one.
     budget
         Budget for creating and checking the classes.
 

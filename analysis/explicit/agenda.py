@@ -83,8 +83,6 @@ def by_cost(
     ----------
     sets
         Transitions by cost, including those of cost 0.
-    starts, ends, done
-        As for `closure`.
     """
     costs = sorted(cost for cost in sets if cost)
     waiting: list[tuple[int, int, Rows, Rows]] = []

@@ -54,8 +54,6 @@ class ExplicitStateSpace:
         The most tokens in all places together in any marking.
     enabled : bool array
         For each transition, whether some marking enables it.
-    complete : bool
-        Whether all markings were visited.
     reason : str, optional
         Why an exploration is incomplete: ``memory``, ``states``, ``time``, ``unbounded`` or ``interrupted``.
     memory : int

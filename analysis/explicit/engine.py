@@ -34,10 +34,6 @@ def explore(net: CompiledNet, budget: Budget = UNLIMITED, **options: Unpack[Opti
 
     Parameters
     ----------
-    net
-        The net.
-    budget
-        Limits; by default a share of the free memory.
     **options
         See `Options`.
 
@@ -81,8 +77,6 @@ def all_marked(
 
     Parameters
     ----------
-    net, place, budget
-        The net, the place, and limits.
     places
         Places whose tokens are returned.
 

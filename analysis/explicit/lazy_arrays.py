@@ -25,8 +25,6 @@ def lazy_zeros(rows: int, columns: int | None = None, is_huge: bool = True) -> I
 
     Parameters
     ----------
-    rows, columns
-        Its shape.
     is_huge
         Whether pages of 2 MiB may be used, after the first 2 MiB.
 

@@ -60,8 +60,6 @@ class Coverability:
         The minimal coverability set: the maximal markings, with `inf` for omega. None: unknown.
     covered : tuple of tuples of float
         If the tree was not finished: the maximal markings so far, with `inf` for omega.
-    reason : str, optional
-        Why something is unknown.
     """
 
     is_bounded: bool | None

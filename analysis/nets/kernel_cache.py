@@ -26,13 +26,7 @@ _IMPORTED = re.compile(rb"^from dineros\.analysis\.([\w.]+) import", re.MULTILIN
 
 
 def kernel(**options: Any) -> Any:
-    """Return a decorator that compiles a function at its first call, or loads its compiled code.
-
-    Parameters
-    ----------
-    **options
-        Options of ``numba.njit``.
-    """
+    """Return a decorator that compiles a function at its first call, or loads its compiled code."""
     from numba import config, njit
 
     settings: Any = config

@@ -52,8 +52,6 @@ class LinearProgram:
     ----------
     rows : sequence of mappings
         A: by row, its entries by column, without zeros.
-    columns : int
-        Number of columns.
     most_work : int
         Maximum number of entries examined in total; then no further solutions are returned.
     is_warm : bool

@@ -82,12 +82,6 @@ def answer_properties(
 
     Parameters
     ----------
-    net : CompiledNet
-        The net.
-    names : Names
-        The elements that names in the properties refer to.
-    properties : sequence of Property
-        The properties.
     seconds : float
         Time for each question; time that a question does not use is available to the others.
     memory : int

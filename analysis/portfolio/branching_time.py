@@ -43,19 +43,11 @@ def check_ctl(
     ----------
     net : CompiledNet
         The net; if it is unbounded the answer is ``unknown`` when a limit is hit.
-    formula : str or Formula
-        The formula.
     names : Names, optional
         The elements that names refer to; by default places and transitions of the net.
-    budget : Budget, optional
-        Limits; by default there are none.
     engine : {"auto", "explicit", "symbolic"}
         Representation of sets of markings: one by one, which gives shortest witnesses, or as decision
         diagrams. ``auto`` begins explicitly, and continues with both in turns if there are many markings.
-    orders : OrderCache, optional
-        Stored variable orders for the symbolic engine.
-    seed : int
-        Seed of its search for an order.
 
     Returns
     -------

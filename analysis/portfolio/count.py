@@ -25,17 +25,11 @@ class StateSpace:
 
     Attributes
     ----------
-    places, transitions : int
-        Size of the net explored.
     states, arcs, deadlocks : int or None
         Reachable markings, arcs between them, and deadlocks; for an incomplete exploration, the counts so
         far.
     max_tokens_in_place, max_tokens_in_marking : int or None
         The largest number of tokens of a place, and of a whole marking.
-    engine : str
-        The engine that answered.
-    complete : bool
-        Whether all markings were counted.
     reason : str
         Why not: memory, an unbounded net.
     seconds : float
@@ -94,8 +88,6 @@ class Count:
 
     Attributes
     ----------
-    orders : OrderCache, optional
-        Stored variable orders for decision diagrams.
     began : float
         When the question was asked, by `time.perf_counter`.
     """

@@ -23,15 +23,6 @@ class Method:
     def answer(self, question: Question, known: Known, budget: Budget) -> Outcome | None:
         """Answer a question.
 
-        Parameters
-        ----------
-        question : Reach, Satisfies or Count
-            The question.
-        known : Known
-            The known facts about its net.
-        budget : Budget
-            Its budget, with the clock running.
-
         Returns
         -------
         Outcome or None

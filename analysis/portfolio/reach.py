@@ -30,8 +30,6 @@ class Reach:
     ----------
     condition : Formula
         On markings.
-    names : Names
-        The elements that names in the condition refer to.
     is_shortest : bool
         Whether a shortest trace is required; then a longer one is returned only if the search for it ends
         without one.

@@ -23,17 +23,7 @@ NO_BOUNDS = "the places have no known bounds"
 
 @dataclass(frozen=True)
 class Satisfies:
-    """Whether the initial marking satisfies a CTL formula.
-
-    Attributes
-    ----------
-    names : Names
-        The elements that names in it refer to.
-    orders : OrderCache, optional
-        Stored variable orders for decision diagrams.
-    seed : int
-        Seed of the search for an order.
-    """
+    """Whether the initial marking satisfies a CTL formula."""
 
     net: CompiledNet
     formula: Formula

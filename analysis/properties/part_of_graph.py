@@ -41,8 +41,6 @@ class PartOfGraph(Exploration):
     ----------
     budget : Budget
         Its limits end the search without an error; its clock runs.
-    cells : Layout, optional
-        The layout of markings, if it is known.
 
     Attributes
     ----------

@@ -50,8 +50,6 @@ class Property:
 
     Attributes
     ----------
-    id : str
-        Id of the question, also used for the answer.
     kind : {"ctl", "ltl", "bound", "global"}
         Kind of the question: a CTL or LTL formula, the most tokens that places have together, or one of
         `GLOBAL_PROPERTIES`.
@@ -59,8 +57,6 @@ class Property:
         For "ctl" and "ltl", with this project's semantics: a run stays in a deadlock forever.
     places : tuple of str
         For "bound": names of places, whose tokens are added.
-    examination : str
-        For "global": its name.
     """
 
     id: str
@@ -84,8 +80,6 @@ class PropertyAnswer:
     technique : str
         The deciding technique: ``structure``, ``state equation``, ``random walk``, ``explicit``, ``symbolic``
         ...
-    reason : str
-        Why the answer is unknown.
     evidence : Evidence or None
         The evidence, if it is structural or inductive.
     dead : str
@@ -148,13 +142,7 @@ def _joined(operator: type[And | Or], parts: list[Formula]) -> Formula:
 
 
 class GroupedNames:
-    """Names of a net, and of sets of its transitions: ``is-fireable`` means that any of a set is enabled.
-
-    Parameters
-    ----------
-    names : Names
-        Names of single elements.
-    """
+    """Names of a net, and of sets of its transitions: ``is-fireable`` means that any of a set is enabled."""
 
     SEPARATOR = " or "
 

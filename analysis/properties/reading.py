@@ -76,8 +76,6 @@ def read_properties(
 
     Parameters
     ----------
-    path : Path or str
-        The file.
     names : GroupedNames
         Resolves names; groups of transitions are added.
     note : callable, optional

@@ -53,8 +53,6 @@ def held_back(subject: Subject, budget: Budget) -> list[HeldBack]:
 
     Parameters
     ----------
-    subject : Subject
-        The net.
     budget : Budget
         Time and memory; a share of it is used.
     """

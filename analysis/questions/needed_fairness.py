@@ -57,8 +57,6 @@ def needed_fairness(
 
     Parameters
     ----------
-    subject : Subject
-        The net of the question.
     question : Linear
         A formula, with the fairness already assumed.
     answer : Outcome

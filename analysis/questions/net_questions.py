@@ -18,13 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Question(ABC):
-    """A question about a net.
-
-    Attributes
-    ----------
-    names : Names
-        The elements that names in the question refer to.
-    """
+    """A question about a net."""
 
     net: CompiledNet
     names: Names
@@ -107,13 +101,7 @@ class Linear(Question):
 
 @dataclass(frozen=True)
 class Branching(Question):
-    """Whether the initial marking satisfies a formula of CTL.
-
-    Attributes
-    ----------
-    orders : OrderCache or None
-        Stored variable orders for the symbolic engine.
-    """
+    """Whether the initial marking satisfies a formula of CTL."""
 
     formula: str
     orders: OrderCache | None = None

@@ -34,13 +34,6 @@ def reduced_state_space(
     Decision diagrams count markings with weights, so places whose tokens can be distributed in every way may
     be merged. Other engines count a net in which each marking represents the same number of markings.
 
-    Parameters
-    ----------
-    net : CompiledNet
-        The net.
-    engine, budget, orders, order
-        As for `state_space`.
-
     Returns
     -------
     StateSpace

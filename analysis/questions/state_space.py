@@ -34,14 +34,10 @@ def state_space(
 
     Parameters
     ----------
-    net : CompiledNet
-        The net.
     engine : {"auto", "explicit", "symbolic", "tina"}
         The engine; ``tina`` is TINA of LAAS, if it is on the PATH.
     budget : Budget, optional
         Budget. TINA uses only its time.
-    orders : OrderCache, optional
-        Stored variable orders for the symbolic engine.
     order : {"breadth-first", "depth-first"}
         Order of the explicit engine.
 

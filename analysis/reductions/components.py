@@ -38,8 +38,6 @@ class Component:
 
     Attributes
     ----------
-    initial : tuple of int
-        Initial tokens of the places.
     successors : dict
         Component graph: marking -> transition -> next marking. Empty when it is too large.
     """

@@ -60,8 +60,6 @@ class Reduction:
 
     Attributes
     ----------
-    original, net : CompiledNet
-        The nets before and after.
     question : Question
         The question whose answer every step preserves.
     steps : tuple of Step
@@ -233,8 +231,6 @@ def reduce(
 
     Parameters
     ----------
-    net
-        The net.
     preserve
         Properties to preserve (`Property`, or its text). Only rules that preserve all of them are applied.
     observed_places, observed_transitions

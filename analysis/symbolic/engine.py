@@ -84,8 +84,6 @@ class SymbolicStateSpace:
     net : CompiledNet
     complete : bool
         False if memory ended the run; then only `reason`, `order` and the statistics of the run are valid.
-    reason : str
-        Reason why it is incomplete.
     markings : int
         Number of reachable markings, exact.
     order : tuple of tuple of str
@@ -260,8 +258,6 @@ def symbolic_state_space(
         The net; its places must be bounded.
     budget
         If its memory, which also limits the diagram, runs out, the result has ``complete=False``.
-    seed
-        Seed of the order search.
     order
         A known order (`SymbolicStateSpace.order` of an earlier run on a net of the same structure), tried
         first.

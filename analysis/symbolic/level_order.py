@@ -84,8 +84,6 @@ class OrderSearch:
 
     Parameters
     ----------
-    encoding
-        Levels and events of the net.
     seed
         Seed of the random moves: the same seed and work give the same order.
     memory

@@ -162,8 +162,6 @@ def encode(
 
     Parameters
     ----------
-    net
-        The net.
     caps
         Assumed largest number of tokens for places that no invariant bounds.
     memory

@@ -174,8 +174,6 @@ class Diagram:
             The level; its frame must be set up, and no frame of a level above.
         relations
             Events to fire.
-        progress, effort_limit
-            As in `run`.
         """
         while True:
             room = int(self.heads.size) * 2 if self._may_grow() else int(self.mem.size)

@@ -52,11 +52,6 @@ class AtomicSearch:
     ----------
     budget : Budget
         Limits; a share of the free memory unless one is given.
-
-    Attributes
-    ----------
-    reason : str or None
-        Which limit ended it.
     """
 
     def __init__(self, net: TimedNet, budget: Budget = UNLIMITED) -> None:

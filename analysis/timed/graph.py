@@ -123,8 +123,6 @@ def first_classes(net: TimedNet, kind: Kind, budget: Budget, most: int | None) -
 
     Parameters
     ----------
-    net, kind, budget
-        The net, which classes, and limits.
     most
         Classes with which the search ends, about; None: all of them, as A needs.
 

@@ -124,8 +124,6 @@ class TimedNet:
 
         Parameters
         ----------
-        places, transitions
-            As `CompiledNet.build` takes them.
         intervals
             By transition; one that is left out is ``[0, inf)``.
         priorities

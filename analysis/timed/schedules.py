@@ -67,8 +67,6 @@ def schedule(net: TimedNet, trace: Sequence[int], gaps: Sequence[Gap] = ()) -> t
 
     Parameters
     ----------
-    net, trace
-        The net, and the transitions that fire.
     gaps
         More bounds: only schedules that keep them are looked at.
 
@@ -116,10 +114,6 @@ def check_times(
 
     Parameters
     ----------
-    net, trace
-        The net, and the transitions that fire.
-    times
-        When each of them fires.
     tolerance
         By how much a bound may be missed: clocks of runs are floating-point numbers.
 

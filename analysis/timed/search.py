@@ -96,8 +96,6 @@ class ClassSearch:
         The net, and all that was found, as kernels read them.
     bits, top, number_type
         How bounds are stored: bits of an element, the element that stands for no bound, the type.
-    reason : str or None
-        Which limit ended the search.
     """
 
     def __init__(

@@ -29,22 +29,12 @@ class TimedStateSpace:
     ----------
     construction : {"W", "M", "S", "E"} or None
         Which state classes; None if time was counted in units.
-    places, transitions : int
-        Size of the net.
     classes, edges, deadlocks : int or None
         State classes, firings from one to another, and classes in which nothing can fire any more.
-    markings : int or None
-        Reachable markings.
     unit : str
         The length of time of which every bound is a multiple.
-    engine : str
-        Who counted.
     complete : bool
         Whether these are all.
-    reason : str
-        Why not.
-    seconds : float
-        Wall-clock time.
     peak_memory_bytes : int
         Peak memory of the process so far.
     """

@@ -116,11 +116,6 @@ def timed_base_subject(model: pn.Net, overflow: OverflowVariant = "weighted") ->
     at the same moments without signals. Where another transition has a clause, its clock starts and stops
     with the signals: then they are part of the net, and may change at any time (``fully-enabled``).
 
-    Parameters
-    ----------
-    overflow
-        How a full queue drops.
-
     Raises
     ------
     DinerosError

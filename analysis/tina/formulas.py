@@ -78,10 +78,6 @@ def formula_text(net: CompiledNet, formula: Formula, atoms: BoundAtoms) -> str:
 
     Parameters
     ----------
-    net : CompiledNet
-        The net.
-    formula : Formula
-        The formula.
     atoms : BoundAtoms
         What its atoms ask of the net.
 

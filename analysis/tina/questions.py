@@ -60,12 +60,6 @@ def find_marking(
 
     Parameters
     ----------
-    net : CompiledNet
-        The net.
-    condition : str or Formula
-        A condition without temporal operators.
-    names : Names
-        What its names stand for.
     budget : Budget, optional
         Time that all programs together may take, as there is no end to an unbounded net, and the memory of
         each.
@@ -113,8 +107,6 @@ def verify(
 
     Parameters
     ----------
-    names : Names
-        What its names stand for.
     weak, strong : iterable of str
         Names of fair transitions, each transition of a name on its own.
     budget : Budget, optional

@@ -20,8 +20,6 @@ def count_classes(net: TimedNet, kind: Kind, budget: Budget = UNLIMITED) -> Time
     ----------
     kind : str
         The construction, by TINA's letter: ``tina -W``, ``-M``, ``-S``, ``-E``, ``-A``.
-    budget : Budget, optional
-        How long it may take, and how much memory.
 
     Returns
     -------

@@ -60,8 +60,6 @@ def ask(place: Workplace, graph: str, text: str) -> bool:
     ----------
     place : Workplace
         Where the graph is.
-    graph : str
-        The name of its file.
 
     Raises
     ------

@@ -44,8 +44,6 @@ class Product:
         The conditions of the automaton's atoms, in order.
     weak, strong : sequence of int
         Weakly and strongly fair transitions.
-    budget : Budget
-        Limits the memory.
     cells : Layout, optional
         The layout of the net's markings, if it is known.
 

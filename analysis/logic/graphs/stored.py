@@ -94,8 +94,6 @@ class Exploration:
     ----------
     atoms : mapping of Atom to Condition
         Conditions that may be evaluated in each state.
-    cells : Layout, optional
-        The layout of markings, if it is known.
 
     Attributes
     ----------

@@ -39,8 +39,6 @@ class Condition:
 
     Parameters
     ----------
-    text : str
-        The condition, in the language of goals.
     places, signals : iterable of str
         Known ids, those of replicated places with their instance.
 

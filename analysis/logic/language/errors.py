@@ -10,12 +10,8 @@ class FormulaError(DinerosError):
 
     Parameters
     ----------
-    message : str
-        The error, in one line.
     column : int, optional
         Position in the text, from 1.
-    hint : str, optional
-        How to fix it.
     """
 
     def __init__(self, message: str, *, column: int | None = None, hint: str | None = None) -> None:

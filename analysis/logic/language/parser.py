@@ -75,8 +75,6 @@ def parse(text: str, logic: Logic = "ltl") -> Formula:
 
     Parameters
     ----------
-    text : str
-        The formula.
     logic : {"ltl", "ctl", "state"}
         ``ltl`` allows ``G F X U R W`` and ``fired``; ``ctl`` allows ``AG AF AX EG EF EX A[..U..] E[..U..]``
         (``R`` and ``W`` too); ``state`` allows none of these: a condition on one marking.

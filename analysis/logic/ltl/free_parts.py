@@ -115,8 +115,6 @@ class Smaller:
     ----------
     names : Names
         The elements of the smaller net that names refer to.
-    weak, strong : tuple of str
-        Names of its fair transitions.
     back : tuple of int or None
         For each of its transitions, the one of the original net; None for an idle transition.
     idles : mapping

@@ -51,16 +51,12 @@ def verify_ltl(
     ----------
     net : CompiledNet
         The net. It may be unbounded; then the result may be ``unknown``.
-    formula : str or Formula
-        The formula.
     names : Names, optional
         The elements that names refer to; by default places and transitions of the net.
     weak, strong : iterable of str
         Names of fair transitions; each transition of a name is fair separately. A run is weakly fair to a
         transition that is not enabled forever from some point on without being fired again, and strongly fair
         to one that is not enabled infinitely often without being fired infinitely often.
-    budget : Budget, optional
-        Limits; by default there are none.
 
     Returns
     -------

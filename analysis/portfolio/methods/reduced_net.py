@@ -25,13 +25,7 @@ REDUCED = "explicit search of the reduced net"
 
 @dataclass(frozen=True)
 class ReducedNet(Method):
-    """Decide the question on the net reduced for it; its trace is translated to a trace of the net.
-
-    Attributes
-    ----------
-    by : str
-        Name of the method in the answer.
-    """
+    """Decide the question on the net reduced for it; its trace is translated to a trace of the net."""
 
     plan: Plan
     by: str = REDUCED

@@ -188,8 +188,6 @@ class _Attempt:
 
     Parameters
     ----------
-    encoding, budget, effort
-        As for `solved`.
     order
         Levels, bottom first.
     constraints

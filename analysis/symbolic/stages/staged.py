@@ -67,8 +67,6 @@ def staged(
 
     Parameters
     ----------
-    memory
-        As for `Diagram`.
     progress
         Called regularly; an exception raised in it ends the work.
     allowed
@@ -156,8 +154,6 @@ class _StagedRun:
     ----------
     parts, order
         Joined levels and their order, bottom first.
-    memory, progress
-        As for `staged`.
     most_work
         Work that all stages may need, in cache misses.
     told
