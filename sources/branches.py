@@ -259,10 +259,10 @@ def walk(block: Block) -> Iterator[Item]:
 
 
 def conditions(block: Block) -> Iterator[Condition]:
-    """Yield the conditions of a block."""
+    """Yield the conditions of a block, each without ``not``, ``and`` and ``or`` around it."""
     for item in walk(block):
         if isinstance(item, (Branch, Loop)):
-            yield item.condition
+            yield from parts(item.condition)
 
 
 def variables_set(block: Block) -> set[Variable]:
@@ -272,8 +272,7 @@ def variables_set(block: Block) -> set[Variable]:
 
 def variables_tested(block: Block) -> set[Variable]:
     """Return the variables that a block tests."""
-    asked = (each for condition in conditions(block) for each in parts(condition))
-    return {each.variable for each in asked if isinstance(each, Compared)}
+    return {each.variable for each in conditions(block) if isinstance(each, Compared)}
 
 
 # ------------------------------------------------------------------------------------- fields of the message

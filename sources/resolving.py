@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from dineros.sources.facts import Entity, NodeFact, is_open
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+from dineros.sources.facts import NODE, SPACE, Entity, NodeFact, is_open
 
 
 def full_node_name(node: NodeFact) -> str:
@@ -15,6 +19,27 @@ def full_node_name(node: NodeFact) -> str:
     '/left/arm'
     """
     return _in_namespace(node.name, node)
+
+
+def own_name(node: NodeFact, given: Mapping[str, Any], method: str) -> str | None:
+    """Return what a node learns of its own name or namespace; open, or None, if it is unknown.
+
+    Parameters
+    ----------
+    node : NodeFact
+        The node, as its code makes it.
+    given : mapping of str to object
+        What a launch file gives, its name and namespace among it.
+    method : {"get_name", "get_namespace", "get_fully_qualified_name"}
+        The method by which it asks.
+    """
+    own = replace(node, name=given.get(NODE, node.name))
+    own.namespace = given.get(SPACE, node.namespace)
+    if method == "get_namespace":
+        return own.namespace if is_open(own.namespace) else f"/{own.namespace.strip('/')}"
+    if is_open(own.name) or (is_open(own.namespace) and method == "get_fully_qualified_name"):
+        return None
+    return own.name if method == "get_name" else full_node_name(own)
 
 
 def full_name(name: str, node: NodeFact) -> str:

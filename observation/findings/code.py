@@ -105,21 +105,15 @@ def code_findings(
     for folder, facts in read:
         for node in facts.nodes:
             for callback in node.callbacks:
-                found += [_at(place, folder, finding) for place, finding in _endless(callback, node)]
-                found += [_at(place, folder, finding) for place, finding in _gives(callback, node)]
-                found += [_at(place, folder, finding) for place, finding in _taken(callback, node)]
+                inside = [*_endless(callback, node), *_gives(callback, node), *_taken(callback, node)]
                 if _holds_others_up(callback, node) or callback.kind == "constructor":
-                    vain = lookups(callback, node, said(callback, node), group_of_callback)
-                    found += [_at(place, folder, finding) for place, finding in vain]
+                    inside += lookups(callback, node, said(callback, node), group_of_callback)
                 if _holds_others_up(callback, node):
-                    of_callback = _of_callback(callback, node)
-                    found += [_at(place, folder, finding) for place, finding in of_callback]
-                    found += [
-                        _at(place, folder, finding)
-                        for place, finding in own_waits(callback, node, facts.nodes, modelled)
-                    ]
-            found += [_at(wait.at, folder, finding) for wait, finding in lock_waits(node, facts.nodes)]
-            found += [_at(place, folder, finding) for place, finding in unrun(node)]
+                    inside += _of_callback(callback, node)
+                    inside += own_waits(callback, node, facts.nodes, modelled)
+                found += [_at(place, folder, finding) for place, finding in inside]
+            waits = ((wait.at, finding) for wait, finding in lock_waits(node, facts.nodes))
+            found += [_at(place, folder, finding) for place, finding in (*waits, *unrun(node))]
         found += [_at(place, folder, finding) for place, finding in losses(facts.nodes)]
     unique: dict[Finding, dict[str, None]] = {}
     for _, _, finding in sorted(found, key=lambda each: each[:2]):

@@ -179,9 +179,13 @@ class GivenNode:
     answers_hold_groups: bool = field(default=False, compare=False)
     open_threads: OpenThreads | None = field(default=None, compare=False)
 
+    def callback(self, name: str) -> GivenCallback:
+        """Return the facts given for a callback; empty ones if there are none."""
+        return self.callbacks.get(name, GivenCallback())
+
     def at_once(self, service: str) -> int:
         """Return the number of simultaneous requests of a service: several in a reentrant group."""
-        group = self.callbacks.get(service, GivenCallback()).group
+        group = self.callback(service).group
         is_reentrant = group is not None and self.groups[group] == "reentrant"
         return (self.threads or 1) if is_reentrant else 1
 

@@ -118,7 +118,7 @@ class NodeBuilder(Abilities):
 
     def _timer(self, name: str, period: float) -> None:
         body = self._page(name, f"on_{flat(name)}", "timer", timer=period)
-        said = self._said.callbacks.get(name, GivenCallback())
+        said = self._said.callback(name)
         if self._said.timers is None or name in self._said.open_timers:
             body.page.assumed = f"{body.page.assumed} period" if body.page.assumed else "period"
         body.page.offset = seconds(*said.offset) if said.offset is not None else None
@@ -140,7 +140,7 @@ class NodeBuilder(Abilities):
             state = body.run(begin, *self._does(name))
         else:
             state = body.decide(begin, place, received)
-        most = self._said.callbacks.get(name, GivenCallback()).overlaps
+        most = self._said.callback(name).overlaps
         state = body.store(state, self._possible.waits.get(Step("wait", endpoint.topic)))
         body.end(state, overlaps=None if most is None else (begin, most))
         limit, is_taken = self._depth(endpoint)
@@ -151,7 +151,7 @@ class NodeBuilder(Abilities):
 
     def _received(self, name: str, topic: str) -> Received | None:
         """Return the branches of a callback by the field of its message that the model has."""
-        said = self._said.callbacks.get(name, GivenCallback())
+        said = self._said.callback(name)
         deciding = self._channels.deciding.get(topic)
         if said.received is None or deciding is None or said.does is None or said.flow is not None:
             return None
@@ -236,7 +236,7 @@ class NodeBuilder(Abilities):
             ended = self._answer(key, f"on_result_of_{flat(name)}", *self._does(key), kept)
             told = self._told(key, name)
             goal = self._possible.puts[Step("goal", name)][0]
-            goal.capacity = outstanding = self._said.callbacks.get(key, GivenCallback()).outstanding
+            goal.capacity = outstanding = self._said.callback(key).outstanding
             port = sym.ActionClientPort(
                 client=self._net.id,
                 goal=goal,
@@ -255,7 +255,7 @@ class NodeBuilder(Abilities):
 
     def _told(self, key: str, name: str) -> tuple[sym.Place | None, sym.Place | None]:
         """Add the handling of accepted and refused goals, if it depends on variables or a callback waits."""
-        said, word = self._said.callbacks.get(key, GivenCallback()), flat(name)
+        said, word = self._said.callback(key), flat(name)
         kept, result = (self._possible.waits.get(Step(verb, name)) for verb in ("accepted", "result"))
         is_known = said.accepted is not None and said.rejected is not None and bool(self._possible.variables)
         if not is_known and kept is None:
@@ -288,7 +288,7 @@ class NodeBuilder(Abilities):
         return place
 
     def _page(self, name: str, word: str, kind: str, timer: float | None = None, at: str = "") -> Body:
-        said = self._said.callbacks.get(name, GivenCallback())
+        said = self._said.callback(name)
         self._asked.add(name)
         id = self._ids.new(f"{self._net.id}.{word}")
         page = sym.CallbackPage(
@@ -316,7 +316,7 @@ class NodeBuilder(Abilities):
 
     def _does(self, name: str) -> tuple[tuple[Step, ...] | None, Flow | None]:
         """Return the steps given for a callback, in order and in its branches."""
-        branches = self._said.callbacks.get(name, GivenCallback()).flow
+        branches = self._said.callback(name).flow
         return self._steps(name), None if branches is None else self._able(name, branches)
 
     def _able(self, name: str, branches: Flow) -> Flow:
@@ -331,7 +331,7 @@ class NodeBuilder(Abilities):
         return narrowed(relabelled(branches, able), values, own, keeps_waiting=not self._awaits(name))
 
     def _awaits(self, name: str) -> bool:
-        return self._said.callbacks.get(name, GivenCallback()).awaits
+        return self._said.callback(name).awaits
 
     def _is_alone(self, name: str, variable: str) -> bool:
         """Return whether no other run sets a variable while a callback runs."""
@@ -343,7 +343,7 @@ class NodeBuilder(Abilities):
         ]
         if self._said.threads == 1:
             return not self._awaits(name) and not any(map(self._awaits, setting))
-        group = self._said.callbacks.get(name, GivenCallback()).group
+        group = self._said.callback(name).group
         goals = {each.name for each in self._node.action_servers}
         return (group is None or self._said.groups[group] == "exclusive") and all(
             key not in goals and self._said.callbacks[key].group == group for key in [name, *setting]
@@ -360,7 +360,7 @@ class NodeBuilder(Abilities):
         DinerosError
             The node cannot take these steps.
         """
-        steps = self._said.callbacks.get(name, GivenCallback()).does
+        steps = self._said.callback(name).does
         able = self._ables()
         if (
             steps is not None
@@ -402,12 +402,12 @@ class NodeBuilder(Abilities):
 
     def _group(self, name: str) -> sym.CallbackGroup | None:
         """Return the callback group given for a callback, or for the client of a service."""
-        group = self._said.callbacks.get(name, GivenCallback()).group
+        group = self._said.callback(name).group
         return None if group is None else self._groups[group]
 
     def _open_group(self, name: str) -> str | None:
         """Return the mark of a callback, or of a client, whose group the code does not say."""
-        return "group" if self._said.callbacks.get(name, GivenCallback()).has_open_group else None
+        return "group" if self._said.callback(name).has_open_group else None
 
     # ------------------------------------------------------------------------------------- what is refused
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 
-from dineros.observation.importing.given import Given, GivenCallback
+from dineros.observation.importing.given import Given
 from dineros.observation.measuring.proposing import TimeProposal, ticks_proposed
 from dineros.observation.measuring.samples import Samples
 from dineros.observation.narrowing.proposals import Proposal, timer_name
@@ -43,7 +43,7 @@ def with_times(
     for time in accepted:
         node, _, callback = time.element.partition(" ")
         said = given.node(node) if node not in nodes else nodes[node]
-        before = said.callbacks.get(callback, GivenCallback())
+        before = said.callback(callback)
         if callback not in begun.get(node, ()) and callback not in (said.timers or {}):
             continue
         if time.feature == "duration" and before.takes is None:

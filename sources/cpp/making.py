@@ -17,7 +17,7 @@ from dineros.sources.cpp.interpreting.naming import (
     ros_type,
 )
 from dineros.sources.cpp.parsing import end_of, line_of, path_of, text_of
-from dineros.sources.cpp.quality import USUAL, profile
+from dineros.sources.cpp.quality import profile
 from dineros.sources.cpp.values import (
     Const,
     Either,
@@ -37,6 +37,7 @@ from dineros.sources.cpp.values import (
 )
 from dineros.sources.facts import CallbackFact, Entity, NodeFact, is_open
 from dineros.sources.libraries.idioms import publish_at_each_tick
+from dineros.sources.libraries.quality import USUAL
 
 if TYPE_CHECKING:
     from tree_sitter import Node

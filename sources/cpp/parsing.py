@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import re
+from collections.abc import Container, Iterator
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from typing import TYPE_CHECKING
@@ -134,6 +135,16 @@ def forget_texts() -> None:
     """Release the texts of trees, and with them the trees."""
     text_of.cache_clear()
     path_of.cache_clear()
+
+
+def nodes_in(node: Node | None, without: Container[str] = ()) -> Iterator[Node]:
+    """Yield a node and all inside it, but not those inside nodes of some types; the last child first."""
+    todo = [] if node is None else [node]
+    while todo:
+        each = todo.pop()
+        yield each
+        if each.type not in without:
+            todo += each.named_children
 
 
 def line_of(node: Node) -> int:

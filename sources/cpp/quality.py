@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from dineros.sources.cpp.values import Const, Either, Made, Open, Value, constant, is_quality, shown
 from dineros.sources.facts import FOREVER, is_open
+from dineros.sources.libraries.quality import USUAL, Profile, one_value
 
-Profile = dict[str, Any]
-"""``depth``, ``reliability`` and ``durability``; each may be open. Absent members are the usual ones."""
-
-USUAL: Profile = {"depth": 10, "reliability": "reliable", "durability": "volatile"}
 SYSTEM: Profile = {"depth": 0, "reliability": "system default", "durability": "system default"}
 PRESETS: dict[str, Profile] = {
     "SensorDataQoS": {"depth": 5, "reliability": "best_effort", "durability": "volatile"},
@@ -58,7 +53,7 @@ def profile(value: Value | None) -> Profile:
         keys = dict.fromkeys(
             [*USUAL, *(key for each in found for key in each if key in (*TIMED, "liveliness"))]
         )
-        return {key: _one([each.get(key, "usual") for each in found]) for key in keys}
+        return {key: one_value([each.get(key, "usual") for each in found]) for key in keys}
     if isinstance(value, Const) and isinstance(value.value, int) and not isinstance(value.value, bool):
         return {**USUAL, "depth": value.value}
     if isinstance(value, Made):
@@ -66,12 +61,6 @@ def profile(value: Value | None) -> Profile:
     if isinstance(value, Open):
         return dict.fromkeys(USUAL, f"open: {value.text}")
     return dict(_OPEN)
-
-
-def _one(values: list[Any]) -> Any:
-    if all(each == values[0] for each in values):
-        return values[0]
-    return "open: " + " or ".join(str(each).removeprefix("open: ") for each in values)
 
 
 def _of(value: Made) -> Profile:

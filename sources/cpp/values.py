@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -207,6 +208,11 @@ def joined(old: Value | None, new: Value) -> Value:
             else:
                 found[same] = option
     return Either(tuple(found)) if len(found) <= 8 else Open("many values")
+
+
+def one_of(values: Sequence[Value]) -> Value:
+    """Return one of several values; the value itself if there is only one."""
+    return values[0] if len(values) == 1 else Either(tuple(values))
 
 
 def is_quality(value: Value | None) -> bool:

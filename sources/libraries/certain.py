@@ -14,7 +14,6 @@ from dineros.sources.branches import (
     Compared,
     Put,
     conditions,
-    parts,
     variables_set,
     variables_tested,
     walk,
@@ -124,19 +123,17 @@ def _finish(node: NodeFact) -> None:
                     variable.sets.append(Use(fact.name, item.at, item.values))
                     is_any |= item.values is None
                     values |= dict.fromkeys(item.values or ())
-            for condition in conditions(fact.body or []):
-                for each in parts(condition):
-                    if isinstance(each, Compared) and each.variable is variable:
-                        variable.tests.append(Use(fact.name, each.at))
-                        is_tested = True
-                        values |= dict.fromkeys([each.value] if each.value is not None and is_any else ())
+            for each in conditions(fact.body or []):
+                if isinstance(each, Compared) and each.variable is variable:
+                    variable.tests.append(Use(fact.name, each.at))
+                    is_tested = True
+                    values |= dict.fromkeys([each.value] if each.value is not None and is_any else ())
         if is_any:
             values |= {NOTHING: None, SOME: None, OTHER: None}
             for fact in node.callbacks:
-                asked = (each for condition in conditions(fact.body or []) for each in parts(condition))
                 values |= {
                     each.value: None
-                    for each in asked
+                    for each in conditions(fact.body or [])
                     if isinstance(each, Compared) and each.variable is variable and each.value is not None
                 }
         variable.values = tuple(values)

@@ -324,7 +324,7 @@ class RosLibrary:
             return None
         call = Made(name, args, keys, self.machine.place(node, frame))
         if name in CREATES:
-            return self.maker.create(name, fact, args, keys, node, frame)
+            return self.maker.create(call, fact, node, frame)
         if name == "create_rate":
             return Made("rclpy.timer.Rate", args, keys, call.at)
         if name == "declare_parameter":

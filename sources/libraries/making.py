@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any
 
-from dineros.sources.facts import NODE, OPEN, SPACE, CallbackFact, Entity, NodeFact, is_open
+from dineros.sources.facts import OPEN, CallbackFact, Entity, NodeFact, is_open
 from dineros.sources.language.machine import Machine
 from dineros.sources.language.values import (
     Const,
@@ -35,7 +34,7 @@ from dineros.sources.language.values import (
 from dineros.sources.libraries.arguments import alternatives, type_of
 from dineros.sources.libraries.quality import number_of, profile_of
 from dineros.sources.places import Place
-from dineros.sources.resolving import full_node_name
+from dineros.sources.resolving import own_name
 
 NO_VARIABLE = "(no variable)"
 CONSTRUCTORS = ("constructor", "main", "thread", "module")
@@ -124,14 +123,10 @@ class Maker:
 
     def own_name(self, fact: NodeFact, method: str) -> Value:
         """Return what a node learns of its own name or namespace: a launch file changes it."""
-        own = replace(fact, name=self.given.get(NODE, fact.name))
-        own.namespace = self.given.get(SPACE, fact.namespace)
-        if method == "get_namespace":
-            space = own.namespace if is_open(own.namespace) else f"/{own.namespace.strip('/')}"
-            return Text(space) if is_open(space) else Const(space, "parameter namespace")
-        if is_open(own.name) or (is_open(own.namespace) and method == "get_fully_qualified_name"):
-            return Text("{node}")
-        return Const(own.name if method == "get_name" else full_node_name(own), "variable")
+        found = own_name(fact, self.given, method)
+        if found is None or is_open(found):
+            return Text(found or "{node}")
+        return Const(found, "parameter namespace" if method == "get_namespace" else "variable")
 
     @staticmethod
     def behaves_like_node(instance: Object, name: str) -> bool:
@@ -293,89 +288,48 @@ class Maker:
 
     # --------------------------------------------------------------------------------------- methods of nodes
 
-    def create(
-        self,
-        name: str,
-        fact: NodeFact,
-        args: list[Value],
-        keys: dict[str, Value],
-        node: ast.AST,
-        frame: Frame,
-    ) -> Value:
-        """Call a ``create_...`` method of a node."""
-        call = Made(name, args, keys, self.machine.place(node, frame))
+    def create(self, call: Made, fact: NodeFact, node: ast.AST, frame: Frame) -> Value:
+        """Call a ``create_...`` method of a node, which is the path of the call."""
         if isinstance(node, ast.Call):
             self.machine.modules.reached.add((frame.module.path, node.func.end_lineno or 0))
-        kind = name.removeprefix("create_").removeprefix("lifecycle_")
+        kind = call.path.removeprefix("create_").removeprefix("lifecycle_")
         names = alternatives(call.argument(1, "topic", "srv_name")) if kind in _NAMED else []
         if names:
-            ports = [self._create(kind, name, fact, call, node, frame, each) for each in names]
-            return join(ports)
-        return self._create(kind, name, fact, call, node, frame, None)
+            return join([self._create(kind, fact, call, node, frame, each) for each in names])
+        return self._create(kind, fact, call, node, frame, None)
 
     def _create(
-        self,
-        kind: str,
-        name: str,
-        fact: NodeFact,
-        call: Made,
-        node: ast.AST,
-        frame: Frame,
-        chosen: Const | None,
+        self, kind: str, fact: NodeFact, call: Made, node: ast.AST, frame: Frame, chosen: Const | None
     ) -> Value:
         """Make an entity; `chosen` is one of the names that it may have, of which a run has one."""
         extra = 0 if chosen is None else f"named {chosen.value}"
         entity, is_new = self.entity(_KINDS[kind], fact, node, frame, extra)
         if chosen is not None:
             entity.details["conditional"] = "one of several names"
-        if not is_new:
-            self._note_creation(kind, entity, node, frame)
-            return Port(entity, fact)
-        if kind == "timer":
-            period = call.argument(0, "timer_period_sec")
-            self.period(entity, period)
-            self.callback(entity, "callback", call.argument(1, "callback"), fact, [], "timer")
-            self.group(entity, call.argument(2, "callback_group"), fact)
-        elif kind == "publisher":
-            self.type(entity, call.argument(0, "msg_type"))
-            self.name(entity, chosen or call.argument(1, "topic"))
-            self.quality(entity, call.argument(2, "qos_profile"))
-            if name == "create_lifecycle_publisher":
-                entity.details["managed"] = True
-        elif kind == "subscription":
-            self.type(entity, call.argument(0, "msg_type"))
-            self.name(entity, chosen or call.argument(1, "topic"))
-            self.callback(
-                entity,
-                "callback",
-                call.argument(2, "callback"),
-                fact,
-                [Message("message", entity)],
-                "subscription",
-            )
-            self.quality(entity, call.argument(3, "qos_profile"))
-            self.group(entity, call.argument(-1, "callback_group"), fact)
-        elif kind == "service":
-            self.type(entity, call.argument(0, "srv_type"))
-            self.name(entity, chosen or call.argument(1, "srv_name"))
-            self.callback(
-                entity,
-                "callback",
-                call.argument(2, "callback"),
-                fact,
-                [Message("request"), Response("response")],
-                "service",
-            )
-            self.group(entity, call.argument(-1, "callback_group"), fact)
-        elif kind == "client":
-            self.type(entity, call.argument(0, "srv_type"))
-            self.name(entity, chosen or call.argument(1, "srv_name"))
-            self.group(entity, call.argument(-1, "callback_group"), fact)
-        elif kind == "guard_condition":
-            self.callback(entity, "callback", call.argument(0, "callback"), fact, [], "guard condition")
-            self.group(entity, call.argument(1, "callback_group"), fact)
+        if is_new:
+            self._complete(kind, entity, fact, call, chosen)
         self._note_creation(kind, entity, node, frame)
         return Port(entity, fact)
+
+    def _complete(self, kind: str, entity: Entity, fact: NodeFact, call: Made, chosen: Const | None) -> None:
+        """Give a new entity what the arguments of its call say."""
+        if kind in _NAMED:
+            self.type(entity, call.argument(0, "msg_type", "srv_type"))
+            self.name(entity, chosen or call.argument(1, "topic", "srv_name"))
+        elif kind == "timer":
+            self.period(entity, call.argument(0, "timer_period_sec"))
+        if kind in _CALLBACKS:
+            given: list[Value] = [Message("message", entity)] if kind == "subscription" else []
+            given = [Message("request"), Response("response")] if kind == "service" else given
+            callback = call.argument(_CALLBACKS[kind], "callback")
+            self.callback(entity, "callback", callback, fact, given, kind.replace("_", " "))
+        if kind in ("publisher", "subscription"):
+            self.quality(entity, call.argument(2 if kind == "publisher" else 3, "qos_profile"))
+        if call.path == "create_lifecycle_publisher":
+            entity.details["managed"] = True
+        if kind != "publisher":
+            index = -1 if kind in _NAMED else _CALLBACKS[kind] + 1
+            self.group(entity, call.argument(index, "callback_group"), fact)
 
     def _note_creation(self, kind: str, entity: Entity, node: ast.AST, frame: Frame) -> None:
         activity = self.machine.activity
@@ -450,6 +404,8 @@ def _parameter(value: Value, name: str) -> Value:
 
 
 _NAMED = ("publisher", "subscription", "service", "client")
+_CALLBACKS = {"subscription": 2, "timer": 1, "service": 2, "guard_condition": 0}
+"""By kind with a callback: the position of that argument."""
 _KINDS = {
     "publisher": "publishers",
     "subscription": "subscriptions",

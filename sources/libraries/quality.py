@@ -78,8 +78,8 @@ def profile_of(value: Value | None, reader: Reader) -> Profile:
         found = [profile_of(each, reader) for each in value.options if not is_none(each)]
         timed = dict.fromkeys(key for each in found for key in each if key in TIMED)
         return {
-            **{key: _one([each.get(key, "open") for each in found]) for key in USUAL},
-            **{key: _one([each.get(key, "usual") for each in found]) for key in timed},
+            **{key: one_value([each.get(key, "open") for each in found]) for key in USUAL},
+            **{key: one_value([each.get(key, "usual") for each in found]) for key in timed},
         }
     if isinstance(value, Const):
         if isinstance(value.value, int) and not isinstance(value.value, bool):
@@ -137,14 +137,14 @@ def _changed(base: Profile, value: Made, reader: Reader) -> Profile:
         given, slot = reader.read(value, name), value.slots.get(name)
         if given is not None and slot is not None and not slot.is_off:
             said = word(name, given)
-            base[name] = _one([base.get(name, "keep_last"), said]) if slot.is_perhaps else said
+            base[name] = one_value([base.get(name, "keep_last"), said]) if slot.is_perhaps else said
     for name, attribute in TIMED.items():
         given, slot = reader.read(value, attribute), value.slots.get(attribute)
         if given is not None and slot is not None and not slot.is_off:
             before = base.get(name, "usual")
             _set(base, name, given)
             if slot.is_perhaps and base.get(name, "usual") != before:
-                base[name] = _one([before, base.get(name, "usual")])
+                base[name] = one_value([before, base.get(name, "usual")])
     if base.get("history") == "keep_last":
         del base["history"]
     return base
@@ -162,7 +162,7 @@ def _set(profile: Profile, name: str, value: Value | None) -> None:
             _set(one, name, each)
             found.append(one.get(name, "usual"))
         if any(each != "usual" for each in found):
-            profile[name] = _one(found)
+            profile[name] = one_value(found)
     elif name == "liveliness":
         number = constant(value)
         path = value.path.upper() if isinstance(value, Outside) else str(number or "").upper()
@@ -185,7 +185,7 @@ _MANUAL = 3
 def word(kind: str, value: Value) -> Any:
     """Return the value of a policy in lower case: ``best_effort``; depth as a number."""
     if isinstance(value, Either):
-        return _one([word(kind, each) for each in options(value)])
+        return one_value([word(kind, each) for each in options(value)])
     if kind == "depth":
         number = constant(value)
         return number if isinstance(number, int) and not isinstance(number, bool) else text_of_open(value)
@@ -233,7 +233,7 @@ def text_of_open(value: Value) -> str:
     return text if is_open(text) else f"open: {text}"
 
 
-def _one(values: list[Any]) -> Any:
+def one_value(values: list[Any]) -> Any:
     """Return the one value of several, if they agree."""
     if values and all(value == values[0] for value in values):
         return values[0]

@@ -30,7 +30,6 @@ from dineros.sources.branches import (
     Turns,
     blocks,
     conditions,
-    parts,
 )
 from dineros.sources.facts import Effect, Item
 from dineros.sources.places import Place, located
@@ -114,8 +113,8 @@ class Branching:
         start = first = self._state()
         started = self._responses.started
         if started is not None:
-            asked = (each for one in conditions(body) for each in parts(one))
-            at = next((each.at for each in asked if isinstance(each, Answered) and each.starts), None)
+            asked = (each for each in conditions(body) if isinstance(each, Answered) and each.starts)
+            at = next((each.at for each in asked), None)
             first = self._state()
             for value in started.texts:
                 has = self._state()

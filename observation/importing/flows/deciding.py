@@ -21,7 +21,7 @@ from dineros.observation.importing.flows.labels import (
     Step,
     of_service,
 )
-from dineros.sources.branches import Answered, conditions, parts, variables_set
+from dineros.sources.branches import Answered, conditions, variables_set
 from dineros.sources.branches import Received as TestOfField
 from dineros.sources.facts import CallbackFact, Effect, Entity, NodeFact, is_open
 from dineros.sources.places import located
@@ -317,15 +317,13 @@ class Decisions:
 
 def tested(fact: CallbackFact) -> list[TestOfField]:
     """Return the tests of fields of the message that a callback receives, in the order of the code."""
-    found = [each for one in conditions(fact.body or []) for each in parts(one)]
-    tests = [each for each in found if isinstance(each, TestOfField)]
+    tests = [each for each in conditions(fact.body or []) if isinstance(each, TestOfField)]
     return sorted(tests, key=lambda each: 0 if each.at is None else each.at.line)
 
 
 def answers_tested(fact: CallbackFact) -> list[Answered]:
     """Return the tests of fields of responses in a callback."""
-    found = [each for one in conditions(fact.body or []) for each in parts(one)]
-    return [each for each in found if isinstance(each, Answered)]
+    return [each for each in conditions(fact.body or []) if isinstance(each, Answered)]
 
 
 def _texts(variable: Variable) -> dict[Known, str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 from dineros.observation.importing.flows.deciding import answers_tested, tested
 from dineros.observation.importing.flows.labels import Deciding, of_service
@@ -62,19 +62,13 @@ def deciding_fields(
                 sent[name] = {
                     field: before[field] | {value} for field, value in effect.sends.items() if field in before
                 }
-    found = {}
+    found: dict[str, Deciding] = {}
     for name in sorted((set(asked) & set(sent)) - lent):
         if len(types[name]) == 1:
             (type,) = types[name]
-            kinds = _kinds(type, interfaces)
-            for field in sorted(set(asked[name]) & set(sent[name]) & set(kinds)):
-                values, kind = sent[name][field], kinds[field]
-                if not all(is_of(kind, each, interfaces) for each in values):
-                    continue
-                known = deciding(type, field, kind, values, asked[name][field], interfaces, has_others=False)
-                if known is not None and (len(values) == 1 or name not in deep):
-                    found[name] = known
-                    break
+            for known in _decided(type, type, asked[name], sent[name], interfaces, has_others=False):
+                if len(sent[name][known.name]) == 1 or name not in deep:
+                    found.setdefault(name, known)
     return found
 
 
@@ -152,20 +146,33 @@ def deciding_responses(
                 client = None if test.call is None else test.call.entity
                 if client is not None and client in names:
                     asked.setdefault(names[client], {}).setdefault(test.name, set()).update(test.values)
-    found = {}
+    found: dict[str, Deciding] = {}
     for name, fields in asked.items():
         type = min(types[name])
         if len(types[name]) == 1 and len(servers.get(name, ())) == 1 and not is_open(type):
-            kinds, answers = _kinds(f"{type}_Response", interfaces), servers[name][0]
-            for field in sorted(set(fields) & set(answers) & set(kinds)):
-                values, kind = answers[field], kinds[field]
-                if not any(is_of(kind, each, interfaces) for each in values):
-                    continue
-                known = deciding(type, field, kind, values, fields[field], interfaces, has_others=True)
-                if known is not None:
-                    found[of_service(name)] = known
-                    break
+            part, given = f"{type}_Response", servers[name][0]
+            for known in _decided(type, part, fields, given, interfaces, has_others=True):
+                found.setdefault(of_service(name), known)
     return found
+
+
+def _decided(
+    type: str,
+    part: str,
+    asked: Mapping[str, set[Known]],
+    given: Mapping[str, set[Known]],
+    interfaces: Interfaces,
+    *,
+    has_others: bool,
+) -> Iterator[Deciding]:
+    """Yield what decides of the fields of a part of a type that code tests and gives values to."""
+    kinds, every = _kinds(part, interfaces), any if has_others else all
+    for field in sorted(set(asked) & set(given) & set(kinds)):
+        values, kind = given[field], kinds[field]
+        if every(is_of(kind, each, interfaces) for each in values):
+            found = deciding(type, field, kind, values, asked[field], interfaces, has_others=has_others)
+            if found is not None:
+                yield found
 
 
 def _is_certain(said: GivenNode, topic: str) -> bool:

@@ -10,7 +10,7 @@ from typing import Any
 
 from dineros.metamodel.errors import listed
 from dineros.metamodel.ros_names import hidden_part
-from dineros.observation.importing.given import Given, GivenCallback, GivenService
+from dineros.observation.importing.given import Given, GivenService
 from dineros.observation.importing.names import is_type
 from dineros.observation.importing.whole.triggers import used_by_themselves
 from dineros.observation.systems import (
@@ -243,7 +243,7 @@ def _callers_of_the_uncalled(
                 wanted.setdefault((role, name_of(each)), each)
         for each in node.servers:
             said = given.node(node.name)
-            waits = said.callbacks.get(each.name, GivenCallback()).may_wait
+            waits = said.callback(each.name).may_wait
             callers["clients", each.name] = said.at_once(each.name) if waits else 1
     found = []
     for (role, name), each in wanted.items():

@@ -6,11 +6,10 @@ its fields. Everything else is left open.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from dineros.sources.cpp.declarators import function_of, name_of, parameters_of
-from dineros.sources.cpp.parsing import line_of, path_of, text_of
+from dineros.sources.cpp.parsing import line_of, nodes_in, path_of, text_of
 
 if TYPE_CHECKING:
     from tree_sitter import Node
@@ -37,7 +36,7 @@ class FunctionText:
     def __init__(self, function: Node) -> None:
         self.function = function
         self.body = function.child_by_field_name("body")
-        self._all = list(_inside(function))
+        self._all = list(nodes_in(function))
         self._has_response = ".get()" in text_of(function)
         self.is_plain = self.body is not None and not function.has_error
         self.is_plain &= not any(each.type in ("goto_statement", "ERROR") for each in self._all)
@@ -257,14 +256,6 @@ class FunctionText:
                 return True
             around = around.parent
         return False
-
-
-def _inside(node: Node) -> Iterator[Node]:
-    todo = [node]
-    while todo:
-        each = todo.pop()
-        yield each
-        todo += each.named_children
 
 
 def _field(node: Node) -> str | None:

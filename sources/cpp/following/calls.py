@@ -26,6 +26,7 @@ from dineros.sources.cpp.values import (
     Open,
     Value,
     node_in,
+    one_of,
     options,
 )
 
@@ -178,7 +179,7 @@ class Calls(Routines):
             args = self.values(inner, frame)
             held = [each for each in options(on) if isinstance(each, (Lambda, Method))]
             if held and text_of(field) == "second":  # lists of this reader have the values of a map only
-                return self.invoke(held[0] if len(held) == 1 else Either(tuple(held)), args, node, frame)
+                return self.invoke(one_of(held), args, node, frame)
             if text_of(field) in CHANGES:
                 value = CHANGES[text_of(field)] or value_in_words(args[0] if args else None)
                 self.note_change(path_of(left).rpartition("->")[2], value)
@@ -190,7 +191,7 @@ class Calls(Routines):
             for each in several:
                 with self.perhaps() if len(several) > 1 else nullcontext():  # it is one of them
                     found.append(self._on(Call(node, frame, path_of(field), args, each, field)))
-            return found[0] if len(found) == 1 else Either(tuple(found))
+            return one_of(found)
         args = self.values(inner, frame)
         if function.type in ("identifier", "template_function", "qualified_identifier"):
             return self._plain(Call(node, frame, path_of(function), args, name=function))
@@ -349,7 +350,7 @@ class Calls(Routines):
                     found.append(self.run(each.routines, [*each.args, *args], each.this, node, []))
                 else:
                     found.append(Open(text_of(node)[:60]))
-        return found[0] if len(found) == 1 else Either(tuple(found))
+        return one_of(found)
 
     def _run_lambda(self, each: Lambda, args: list[Value], node: Node) -> Value:
         declarator = each.node.child_by_field_name("declarator")

@@ -27,6 +27,7 @@ from dineros.sources.cpp.values import (
     Seconds,
     Value,
     is_quality,
+    one_of,
     options,
     shown,
 )
@@ -201,7 +202,7 @@ class Expressions(Machine):
                 found.append(_of_pair(each, name) or Open(text_of(node)[:60]))
             else:
                 found.append(Open(text_of(node)[:60]))
-        return found[0] if len(found) == 1 else Either(tuple(found))
+        return one_of(found)
 
     def _subscript_expression(self, node: Node, frame: Frame) -> Value:
         on = self.value(node.child_by_field_name("argument"), frame)

@@ -21,13 +21,12 @@ from dineros.sources.branches import (
     Turns,
     conditions,
     constant,
-    parts,
     walk,
 )
 from dineros.sources.cpp.following.answers import FunctionText
 from dineros.sources.cpp.following.calls import Calls
 from dineros.sources.cpp.following.expressions import named
-from dineros.sources.cpp.parsing import path_of, text_of
+from dineros.sources.cpp.parsing import nodes_in, path_of, text_of
 from dineros.sources.cpp.values import Const, Frame, Made
 from dineros.sources.facts import CallbackFact, Effect
 from dineros.sources.variables import Known
@@ -81,7 +80,8 @@ class Fields(Calls):
     def chosen(self, node: Node, cases: list[Node], blocks: dict[int, Block], frame: Frame) -> Block:
         """Return what a ``switch`` does, with what follows the label of each case."""
         asked = named(node.child_by_field_name("condition"))
-        if _has(node.child_by_field_name("body"), "continue_statement") or len(cases) > _MOST_CASES:
+        inside = nodes_in(node.child_by_field_name("body"), without=("lambda_expression",))
+        if any(each.type == "continue_statement" for each in inside) or len(cases) > _MOST_CASES:
             self.is_lost = True
             return []
         following = [
@@ -126,7 +126,7 @@ class Fields(Calls):
         They are needed if a field decides, or if the callback sleeps.
         """
         block = self.block
-        asks = any(isinstance(each, (Answered, Received)) for one in conditions(block) for each in parts(one))
+        asks = any(isinstance(each, (Answered, Received)) for each in conditions(block))
         gives = [each for each in walk(block) if isinstance(each, Give)]
         done = {id(each.effect): each.effect for each in walk(block) if isinstance(each, Do)}
         if self.is_lost or not (asks or gives or any(each.do == "sleep" for each in done.values())):
@@ -211,13 +211,3 @@ class Fields(Calls):
         scope, _, name = path_of(node).rpartition("::")
         path = _PART.sub(r"\1::\2", self.type_text_of(scope, frame))
         return ("outside", f"{path}::{name}".replace("::", ".")) if name.isupper() else None
-
-
-def _has(node: Node | None, kind: str) -> bool:
-    todo = [] if node is None else [node]
-    while todo:
-        each = todo.pop()
-        if each.type == kind:
-            return True
-        todo += [one for one in each.named_children if one.type != "lambda_expression"]
-    return False

@@ -8,7 +8,6 @@ from dineros.sources.cpp.following.statements import Statements
 from dineros.sources.cpp.parsing import text_of
 from dineros.sources.cpp.values import (
     Const,
-    Either,
     Items,
     Made,
     Obj,
@@ -16,6 +15,7 @@ from dineros.sources.cpp.values import (
     Value,
     constant,
     is_same_item,
+    one_of,
     options,
 )
 
@@ -42,7 +42,7 @@ def items(machine: Statements, call: Call, on: Items) -> Value:
         on.is_open = on.is_open or isinstance(value, Open) or machine.when != "always"
         return on
     if call.last == "equal_range" and on.values:
-        found = on.values[0] if len(on.values) == 1 else Either(tuple(on.values))
+        found = one_of(on.values)
         return Made("std::pair", [found, found])
     if call.last in _GIVES and on.values:
         index = constant(call.args[0]) if call.args else None
@@ -50,7 +50,7 @@ def items(machine: Statements, call: Call, on: Items) -> Value:
             return on.keys[index]
         if call.last == "at" and isinstance(index, int) and 0 <= index < len(on.values) and not _is_map(on):
             return on.values[index]
-        return on.values[0] if len(on.values) == 1 else Either(tuple(on.values))
+        return one_of(on.values)
     if call.last == "size" and not on.is_open:
         return Const(len(on.values))
     return Open(text_of(call.node)[:60])

@@ -6,7 +6,7 @@ from dineros.sources.cpp.following.calls import Call
 from dineros.sources.cpp.following.statements import Statements
 from dineros.sources.cpp.index import ClassInfo
 from dineros.sources.cpp.tables.plugins import Plugin, is_plugin
-from dineros.sources.cpp.values import Const, Either, Made, Open, Value, constant, options
+from dineros.sources.cpp.values import Const, Made, Open, Value, constant, one_of, options
 
 _CREATES = {
     *("createSharedInstance", "createUniqueInstance", "createUnmanagedInstance", "createInstance"),
@@ -50,7 +50,7 @@ def loaded(machine: Statements, call: Call) -> Value | None:
         made += [] if value is None else [value]
     if not made:
         return None
-    return made[0] if len(made) == 1 else Either(tuple(made))
+    return one_of(made)
 
 
 def _base(machine: Statements, on: Made, call: Call) -> str:

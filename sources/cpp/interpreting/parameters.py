@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 from dineros.sources.cpp.following.calls import Call
 from dineros.sources.cpp.following.statements import Statements
 from dineros.sources.cpp.values import Const, Items, Made, Obj, Open, Value, constant, node_in, shown
-from dineros.sources.facts import NODE, SPACE, NodeFact, is_open
-from dineros.sources.resolving import full_node_name
+from dineros.sources.facts import NodeFact, is_open
+from dineros.sources.resolving import own_name
 
 _NAMES = ("get_name", "get_namespace", "get_fully_qualified_name")
 OWN_NAME = "the name of the node"
@@ -18,15 +17,11 @@ _DECLARE_OR_GET = ("declare_or_get_parameter", "declare_parameter_if_not_declare
 
 
 def _own_name(machine: Statements, node: NodeFact, method: str) -> Value:
-    """Return what a node learns of its own name or namespace: a launch file changes it."""
-    own = replace(node, name=machine.given.get(NODE, node.name))
-    own.namespace = machine.given.get(SPACE, node.namespace)
-    if method == "get_namespace":
-        space = own.namespace
-        return Open(space, space) if is_open(space) else Const(f"/{space.strip('/')}")
-    if is_open(own.name) or (is_open(own.namespace) and method == "get_fully_qualified_name"):
+    """Return what a node learns of its own name or namespace."""
+    found = own_name(node, machine.given, method)
+    if found is None:
         return Open("the name of the node", f"{{{OWN_NAME}}}")
-    return Const(own.name if method == "get_name" else full_node_name(own))
+    return Open(found, found) if is_open(found) else Const(found)
 
 
 def parameter(machine: Statements, call: Call) -> Value | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from dineros.sources.cpp.parsing import text_of
+from dineros.sources.cpp.parsing import nodes_in, text_of
 from dineros.sources.cpp.values import Const, Value
 
 if TYPE_CHECKING:
@@ -58,22 +58,15 @@ def counted(loop: Node, values: Mapping[str, Value], bound: Value | None) -> int
 
 def leaves(body: Node | None) -> bool:
     """Return whether the body of a loop may skip a part of it, or end the loop early."""
-    todo = [] if body is None else [body]
-    while todo:
-        each = todo.pop()
-        if each.type in ("break_statement", "continue_statement", "goto_statement"):
-            return True
-        todo += each.named_children
-    return False
+    return any(
+        each.type in ("break_statement", "continue_statement", "goto_statement") for each in nodes_in(body)
+    )
 
 
 def assigned_in(node: Node) -> frozenset[str]:
     """Return what a loop assigns."""
-    found: set[str] = set()
-    todo = [node]
-    while todo:
-        each = todo.pop()
-        todo += each.named_children
-        if each.type in ("update_expression", "assignment_expression"):
-            found.add(text_of(each.child_by_field_name("argument") or each.child_by_field_name("left")))
-    return frozenset(found)
+    return frozenset(
+        text_of(each.child_by_field_name("argument") or each.child_by_field_name("left"))
+        for each in nodes_in(node)
+        if each.type in ("update_expression", "assignment_expression")
+    )

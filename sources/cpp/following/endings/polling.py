@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from dineros.sources.cpp.declarators import name_of
-from dineros.sources.cpp.parsing import path_of, text_of
+from dineros.sources.cpp.parsing import nodes_in, path_of, text_of
 from dineros.sources.cpp.values import Const, Made, Value
 
 if TYPE_CHECKING:
@@ -174,21 +174,13 @@ def polled_members(
 
 def _declared(body: Node) -> set[str]:
     """Return the variables that code declares with a value."""
-    found, todo = set(), [body]
-    while todo:
-        each = todo.pop()
-        todo += each.named_children
-        if each.type == "init_declarator":
-            found.add(name_of(each))
-    return found
+    return {name_of(each) for each in nodes_in(body) if each.type == "init_declarator"}
 
 
 def _assigned(body: Node) -> set[str]:
     """Return the first names of what code assigns."""
-    found, todo = set(), [body]
-    while todo:
-        each = todo.pop()
-        todo += each.named_children
+    found: set[str] = set()
+    for each in nodes_in(body):
         if each.type in ("assignment_expression", "update_expression", "init_declarator"):
             names = ("left", "argument", "declarator")
             target = next((one for one in map(each.child_by_field_name, names) if one is not None), None)
@@ -225,10 +217,7 @@ def _only_waits(
     Methods of local variables that this object does not have change only these. Nothing in a loop requests
     to cancel a goal, so other code may do anything but run callbacks there.
     """
-    todo = [body]
-    while todo:
-        each = todo.pop()
-        todo += each.named_children
+    for each in nodes_in(body):
         if each.type in ("assignment_expression", "update_expression"):
             target = each.child_by_field_name("left") or each.child_by_field_name("argument")
             if {polled.holder, polled.name} & set(re.findall(r"\w+", text_of(target))):

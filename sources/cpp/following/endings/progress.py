@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from dineros.sources.cpp.declarators import name_of
-from dineros.sources.cpp.parsing import text_of
+from dineros.sources.cpp.parsing import nodes_in, text_of
 from dineros.sources.unknown_ends import OF_TIME, UNKNOWN_END
 
 if TYPE_CHECKING:
@@ -67,13 +67,11 @@ def why_open(loop: Node, *, sleeps: bool) -> str:
 
 def _sleeps(loop: Node) -> bool:
     """Return whether the text of a loop, without the loops in it, has a call that is named for sleeping."""
-    todo = list(loop.named_children)
-    while todo:
-        each = todo.pop()
-        if each.type == "call_expression" and _SLEEP.search(text_of(each.child_by_field_name("function"))):
-            return True
-        todo += [] if each.type in (*_LOOPS, "lambda_expression") else each.named_children
-    return False
+    return any(
+        each.type == "call_expression" and _SLEEP.search(text_of(each.child_by_field_name("function")))
+        for part in loop.named_children
+        for each in nodes_in(part, without=(*_LOOPS, "lambda_expression"))
+    )
 
 
 def _exits(loop: Node) -> list[_Exit]:
@@ -125,10 +123,7 @@ def _changed(loop: Node, *, sleeps: bool) -> dict[str, list[Node]]:
     None: it counts, or is changed in place.
     """
     found: dict[str, list[Node]] = {}
-    todo = [loop]
-    while todo:
-        each = todo.pop()
-        todo += each.named_children
+    for each in nodes_in(loop):
         if each.type == "update_expression":
             found.setdefault(_last(each.child_by_field_name("argument")), [])
         elif each.type == "assignment_expression":
@@ -150,13 +145,7 @@ def _last(target: Node | None) -> str:
 
 
 def _names(node: Node | None) -> set[str]:
-    found, todo = set(), [] if node is None else [node]
-    while todo:
-        each = todo.pop()
-        todo += each.named_children
-        if each.type in _NAMES:
-            found.add(text_of(each))
-    return found
+    return {text_of(each) for each in nodes_in(node) if each.type in _NAMES}
 
 
 def _comes(
