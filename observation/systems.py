@@ -28,33 +28,22 @@ _NAME = re.compile(r"(/[A-Za-z_][A-Za-z0-9_]*)+")
 
 @dataclass(frozen=True)
 class TopicEndpoint:
-    """A publisher or a subscription of a node.
-
-    Attributes
-    ----------
-    topic : str
-        Full name, such as ``/scan``.
-    type : str
-        Such as ``std_msgs/msg/String``.
-    quality : Quality
-        Quality of service, as discovered.
-    depth : int or None
-        Depth of the history; None: unknown (Fast DDS announces none). 0: all messages are kept.
-    at : str
-        The line of the code that creates it, as ``file:line``; empty if no code was read.
-    reader : str
-        The node of the code that reads it, if several nodes of one executor read the topic; else empty.
-    is_optional : bool
-        Whether the code creates it in a branch, so that it may be missing.
-    """
+    """A publisher or a subscription of a node."""
 
     topic: str
+    """Full name, such as ``/scan``."""
     type: str
+    """Such as ``std_msgs/msg/String``."""
     quality: Quality = USUAL
+    """Quality of service, as discovered."""
     depth: int | None = None
+    """Depth of the history; None: unknown (Fast DDS announces none). 0: all messages are kept."""
     at: str = field(default="", compare=False)
+    """The line of the code that creates it, as ``file:line``; empty if no code was read."""
     reader: str = field(default="", compare=False)
+    """The node of the code that reads it, if several nodes of one executor read the topic; else empty."""
     is_optional: bool = field(default=False, compare=False)
+    """Whether the code creates it in a branch, so that it may be missing."""
 
     @property
     def given_as(self) -> str:
@@ -64,116 +53,81 @@ class TopicEndpoint:
 
 @dataclass(frozen=True)
 class Endpoint:
-    """A server or a client of a service or of an action.
-
-    Attributes
-    ----------
-    name : str
-        Full name, such as ``/arm/grip``.
-    type : str
-        Such as ``std_srvs/srv/Trigger`` or ``example_interfaces/action/Fibonacci``.
-    at : str
-        The line of the code that creates it, as ``file:line``; empty if no code was read.
-    """
+    """A server or a client of a service or of an action."""
 
     name: str
+    """Full name, such as ``/arm/grip``."""
     type: str
+    """Such as ``std_srvs/srv/Trigger`` or ``example_interfaces/action/Fibonacci``."""
     at: str = field(default="", compare=False)
+    """The line of the code that creates it, as ``file:line``; empty if no code was read."""
 
 
 @dataclass(frozen=True)
 class ObservedNode:
-    """An observed node.
-
-    Attributes
-    ----------
-    name : str
-        Full name, such as ``/arm/gripper``.
-    publishers, subscribers : tuple of TopicEndpoint
-        Without those that every node has (``/rosout``, ``/parameter_events``) and those of actions.
-    servers, clients : tuple of Endpoint
-        Of services, without those that every node has (parameters, lifecycle) and those of actions.
-    action_servers, action_clients : tuple of Endpoint
-        Of actions.
-    use_sim_time : bool or None
-        Whether it obeys simulated time; None: unknown.
-    lifecycle : str or None
-        State of a managed node: ``unconfigured``, ``inactive``, ``active``, ``finalized``; ``unknown`` where
-        it did not answer; None: the node is not managed.
-    """
+    """An observed node."""
 
     name: str
+    """Full name, such as ``/arm/gripper``."""
     publishers: tuple[TopicEndpoint, ...] = ()
     subscribers: tuple[TopicEndpoint, ...] = ()
+    """`publishers`, `subscribers`: without those that every node has (``/rosout``, ``/parameter_events``) and
+    those of actions.
+    """
     servers: tuple[Endpoint, ...] = ()
     clients: tuple[Endpoint, ...] = ()
+    """`servers`, `clients`: of services, without those that every node has (parameters, lifecycle) and those
+    of actions.
+    """
     action_servers: tuple[Endpoint, ...] = ()
     action_clients: tuple[Endpoint, ...] = ()
+    """`action_servers`, `action_clients`: of actions."""
     use_sim_time: bool | None = None
+    """Whether it obeys simulated time; None: unknown."""
     lifecycle: str | None = None
+    """State of a managed node: ``unconfigured``, ``inactive``, ``active``, ``finalized``; ``unknown`` where
+    it did not answer; None: the node is not managed.
+    """
 
 
 @dataclass(frozen=True)
 class RecordedTopic:
-    """A topic that carried messages between unknown nodes.
-
-    Attributes
-    ----------
-    name : str
-        Full name.
-    type : str
-        Such as ``std_msgs/msg/String``.
-    offered : tuple of Quality
-        The offer of each publisher in the recording; the nodes are unknown.
-    messages : int or None
-        The number of recorded events; None: unknown.
-    """
+    """A topic that carried messages between unknown nodes."""
 
     name: str
+    """Full name."""
     type: str
+    """Such as ``std_msgs/msg/String``."""
     offered: tuple[Quality, ...] = ()
+    """The offer of each publisher in the recording; the nodes are unknown."""
     messages: int | None = None
+    """The number of recorded events; None: unknown."""
 
 
 @dataclass(frozen=True)
 class RecordedService:
-    """A service whose introspection events were recorded; the events do not name nodes.
-
-    Attributes
-    ----------
-    name : str
-        Full name.
-    type : str
-        Such as ``std_srvs/srv/Trigger``.
-    events : int or None
-        The number of recorded events; None: unknown.
-    """
+    """A service whose introspection events were recorded; the events do not name nodes."""
 
     name: str
+    """Full name."""
     type: str
+    """Such as ``std_srvs/srv/Trigger``."""
     events: int | None = None
+    """The number of recorded events; None: unknown."""
 
 
 @dataclass(frozen=True)
 class Watched:
-    """The observation of a running graph.
-
-    Attributes
-    ----------
-    seconds : float
-        The total time.
-    quiet : float
-        Seconds at the end without changes.
-    is_stable : bool
-        Whether the graph was stable; otherwise parts may be missing.
-    is_checked : bool
-        Whether it was looked at again, since something seemed to be wrong with it.
-    """
+    """The observation of a running graph."""
 
     seconds: float
+    """The total time."""
     quiet: float
+    """Seconds at the end without changes."""
     is_stable: bool = True
+    """Whether the graph was stable; otherwise parts may be missing."""
     is_checked: bool = False
+    """Whether it was looked at again, since something seemed to be wrong with it."""
 
     def __str__(self) -> str:
         again = ", because something seemed to be missing" if self.is_checked else ""
@@ -184,39 +138,26 @@ class Watched:
 
 @dataclass(frozen=True)
 class ObservedSystem:
-    """An observed system.
-
-    Attributes
-    ----------
-    source : str
-        The source, in words: ``ROS domain 3``, or the path of a recording.
-    nodes : tuple of ObservedNode
-        In order of their names.
-    topics : tuple of RecordedTopic
-        Topics seen without their nodes, in order of their names: those of a recording.
-    departed : tuple of str
-        Names of nodes that went while they were watched. They are in `nodes`, with what was seen of them.
-    duplicates : tuple of str
-        Names that more than one node has; what was seen of these nodes is in one of `nodes`.
-    services : tuple of RecordedService
-        Services seen without their nodes, in order of their names: those of a recording.
-    left_out : tuple of str
-        What was seen and cannot be asked about or held by a model, in words.
-    watched : Watched or None
-        The observation of a running graph.
-    is_partial : bool
-        Whether there may be other nodes, in addition to those of a package.
-    """
+    """An observed system."""
 
     source: str
+    """The source, in words: ``ROS domain 3``, or the path of a recording."""
     nodes: tuple[ObservedNode, ...] = ()
+    """In order of their names."""
     topics: tuple[RecordedTopic, ...] = ()
+    """Topics seen without their nodes, in order of their names: those of a recording."""
     departed: tuple[str, ...] = ()
+    """Names of nodes that went while they were watched. They are in `nodes`, with what was seen of them."""
     duplicates: tuple[str, ...] = ()
+    """Names that more than one node has; what was seen of these nodes is in one of `nodes`."""
     services: tuple[RecordedService, ...] = ()
+    """Services seen without their nodes, in order of their names: those of a recording."""
     left_out: tuple[str, ...] = ()
+    """What was seen and cannot be asked about or held by a model, in words."""
     watched: Watched | None = field(default=None, compare=False)
+    """The observation of a running graph."""
     is_partial: bool = field(default=False, compare=False)
+    """Whether there may be other nodes, in addition to those of a package."""
 
     def publishers(self) -> Iterator[tuple[ObservedNode, TopicEndpoint]]:
         """Yield each publisher and its node."""

@@ -20,10 +20,7 @@ Types = dict[tuple[str, str], list[tuple[str, int]]]
 def types_of(nodes: Iterable[Mapping[Entity, str]]) -> Types:
     """Return the types of all names.
 
-    Parameters
-    ----------
-    nodes : iterable of mapping of Entity to str
-        The ports of each node, with their full names.
+    `nodes`: the ports of each node, with their full names.
     """
     certain: Types = {}
     others: Types = {}

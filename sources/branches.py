@@ -54,25 +54,17 @@ class Received(Anything):
 
 @dataclass(eq=False)
 class Answered(Anything):
-    """A field of the response that a client has received has one of some values; asking it may be the call.
-
-    Attributes
-    ----------
-    name : str
-        The field.
-    call : Effect
-        The request.
-    starts : bool
-        Whether the response has started the callback.
-    values : frozenset of Known
-        The values; by default, true.
-    """
+    """A field of the response that a client has received has one of some values; asking may be the call."""
 
     name: str = ""
+    """The field."""
     call: Effect | None = None
+    """The request."""
     starts: bool = False
+    """Whether the response has started the callback."""
     at: Place | None = None
     values: frozenset[Known] = frozenset((TRUE,))
+    """The values; by default, true."""
 
 
 @dataclass(eq=False)
@@ -183,24 +175,15 @@ class Branch(Item):
 
 @dataclass(eq=False)
 class Loop(Item):
-    """A block that is repeated while a condition holds, any number of times.
-
-    Attributes
-    ----------
-    condition : Condition
-        While it holds.
-    body : Block
-        The block.
-    is_entered : bool
-        Whether the block runs at least once.
-    count : int
-        How many times it runs, if the code says so and nothing leaves it; else 1.
-    """
+    """A block that is repeated while a condition holds, any number of times."""
 
     condition: Condition
+    """While it holds."""
     body: Block
     is_entered: bool = False
+    """Whether the block runs at least once."""
     count: int = 1
+    """How many times it runs, if the code says so and nothing leaves it; else 1."""
 
 
 @dataclass(eq=False)

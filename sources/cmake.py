@@ -20,40 +20,26 @@ LONGEST_WORD = 4096
 
 @dataclass(frozen=True)
 class Component:
-    """A component that is registered.
-
-    Attributes
-    ----------
-    plugin : str
-        Its class.
-    executable : str
-        The program that runs only this component; empty: none.
-    executor : str
-        The class of executor of that program.
-    """
+    """A component that is registered."""
 
     plugin: str
+    """Its class."""
     executable: str = ""
+    """The program that runs only this component; empty: none."""
     executor: str = "SingleThreadedExecutor"
+    """The class of executor of that program."""
 
 
 @dataclass(eq=False)
 class Built:
-    """Targets that a ``CMakeLists.txt`` builds and installs; paths are relative to its folder.
-
-    Attributes
-    ----------
-    sources : dict of str to list of str
-        Sources of programs in C++.
-    components : list of Component
-        What is registered.
-    scripts : list of str
-        Scripts that are installed as programs.
-    """
+    """Targets that a ``CMakeLists.txt`` builds and installs; paths are relative to its folder."""
 
     sources: dict[str, list[str]] = field(default_factory=dict)
+    """Sources of programs in C++."""
     components: list[Component] = field(default_factory=list)
+    """What is registered."""
     scripts: list[str] = field(default_factory=list)
+    """Scripts that are installed as programs."""
 
 
 def read_cmake(text: str) -> Built:

@@ -67,40 +67,28 @@ HELD = "held already"
 
 @dataclass(eq=False)
 class Entity:
-    """A publisher, subscription, timer, service, client, action server, action client or callback group.
-
-    Attributes
-    ----------
-    kind : str
-        Key of the list in the facts: ``publishers``, ``subscriptions``, ...
-    port : str
-        The variable that holds it: ``self.scan``; ``(no variable)``.
-    at : Place
-        Where it is made.
-    name, type : str
-        As written; open if unknown. details : dict
-        The rest, by the keys of the schema.
-    callbacks : dict of str to CallbackFact
-        By their role: ``callback``, ``execute``, ``goal``, ``cancel``, ``accepted``.
-    is_enabled : bool
-        Whether it is made with the default values of parameters and environment.
-    is_lent : bool
-        Whether code that is not in the folder gets it, and may use it.
-    order : int
-        Position in the start of its program, see `Effect.order`.
-    """
+    """A publisher, subscription, timer, service, client, action server, action client or callback group."""
 
     kind: str
+    """Key of the list in the facts: ``publishers``, ``subscriptions``, ..."""
     port: str
+    """The variable that holds it: ``self.scan``; ``(no variable)``."""
     at: Place
+    """Where it is made."""
     name: str = ""
     type: str = ""
+    """`name`, `type`: as written; open if unknown."""
     details: dict[str, Any] = field(default_factory=dict)
+    """The rest, by the keys of the schema."""
     callbacks: dict[str, CallbackFact] = field(default_factory=dict)
+    """By their role: ``callback``, ``execute``, ``goal``, ``cancel``, ``accepted``."""
     is_enabled: bool = True
+    """Whether it is made with the default values of parameters and environment."""
     group: Entity | None = None
     is_lent: bool = False
+    """Whether code that is not in the folder gets it, and may use it."""
     order: int = 0
+    """Position in the start of its program, see `Effect.order`."""
 
     @property
     def is_anonymous_group(self) -> bool:
@@ -128,63 +116,46 @@ class Item:
 
 @dataclass(eq=False)
 class Effect:
-    """An effect of a callback.
-
-    Attributes
-    ----------
-    do : str
-        ``publish``, ``call``, ``sleep``, ``wait_for_service``, ...
-    what : str
-        The port, the seconds, the lock.
-    at : Place
-        Where.
-    when : str
-        ``always``, ``conditional`` or ``in a loop``.
-    how : str
-        How it waits: ``async``, ``await``, ``blocks``, a time-out.
-    entity : Entity or None
-        The affected entity, if known.
-    then : CallbackFact or None
-        What the answer begins.
-    timeout : float or None
-        Seconds that a wait has at most; None: no bound, or no wait.
-    holding : tuple of str
-        Locks that are held meanwhile.
-    path : tuple
-        The calls that lead to it, while the code is read.
-    sends : dict of str to Known
-        Fields of the published message that have this value each time.
-    given : dict of str to bool
-        Fields of the message that the callback received: it has the effect only if they are true or false.
-    is_repeated : bool
-        Whether it is a wait with a time-out that a loop repeats until it succeeds.
-    order : int
-        Position in the start of its program, from 1; what the same program does or makes later has a higher
-        number. 0: not in its main function or a constructor, or unknown.
-    meanwhile : list of CallbackFact
-        What else a goal begins, any number of times: callbacks of feedback and, if `then` is that of the
-        result, of its acceptance.
-    variables : tuple of Variable
-        Of a loop that waits: the variables that it asks for, if it asks for nothing else. A model that has
-        them has the wait, too.
-    """
+    """An effect of a callback."""
 
     do: str
+    """``publish``, ``call``, ``sleep``, ``wait_for_service``, ..."""
     what: str
+    """The port, the seconds, the lock."""
     at: Place
+    """Where."""
     when: str
+    """``always``, ``conditional`` or ``in a loop``."""
     how: str = ""
+    """How it waits: ``async``, ``await``, ``blocks``, a time-out."""
     entity: Entity | None = None
+    """The affected entity, if known."""
     then: CallbackFact | None = None
+    """What the answer begins."""
     timeout: float | None = None
+    """Seconds that a wait has at most; None: no bound, or no wait."""
     holding: tuple[str, ...] = ()
+    """Locks that are held meanwhile."""
     path: tuple[object, ...] = field(default=(), repr=False, metadata=WHILE_READING)
+    """The calls that lead to it, while the code is read."""
     sends: dict[str, Known] = field(default_factory=dict)
+    """Fields of the published message that have this value each time."""
     given: dict[str, bool] = field(default_factory=dict)
+    """Fields of the message that the callback received: it has the effect only if they are true or false."""
     is_repeated: bool = False
+    """Whether it is a wait with a time-out that a loop repeats until it succeeds."""
     order: int = 0
+    """Position in the start of its program, from 1; what the same program does or makes later has a higher
+    number. 0: not in its main function or a constructor, or unknown.
+    """
     meanwhile: list[CallbackFact] = field(default_factory=list)
+    """What else a goal begins, any number of times: callbacks of feedback and, if `then` is that of the
+    result, of its acceptance.
+    """
     variables: tuple[Variable, ...] = ()
+    """Of a loop that waits: the variables that it asks for, if it asks for nothing else. A model that has
+    them has the wait, too.
+    """
 
     def to_json(self) -> dict[str, Any]:
         """Return the effect in the schema of the facts."""
@@ -206,43 +177,30 @@ class Effect:
 
 @dataclass(eq=False)
 class CallbackFact:
-    """A callback, or other code of a node: its constructor, the main function, a thread.
-
-    Attributes
-    ----------
-    name : str
-        Of its function.
-    kind : str
-        ``subscription``, ``timer``, ``service``, ``execute``, ``done callback``, ``constructor``, ...
-    at : Place
-        Where the function begins.
-    effects : list of Effect
-        In the order of the code.
-    is_async : bool
-        Whether it is an ``async def``.
-    is_open : bool
-        Whether it may do more than its effects say: the reader could not follow it.
-    is_apart : bool
-        Whether it runs on a thread of its own, which does not belong to the executor.
-    body : list of branches.Item or None
-        The effects in their branches; None if the order could not be followed.
-    answers : dict of str to bool
-        Of a service: fields of its response that have this value each time.
-    lacks : str
-        ``always`` or ``conditional``, if it returns something else than rclpy needs: no response, no result;
-        `LATER`, if it may send the response after it has returned (rclcpp).
-    """
+    """A callback, or other code of a node: its constructor, the main function, a thread."""
 
     name: str
+    """Of its function."""
     kind: str
+    """``subscription``, ``timer``, ``service``, ``execute``, ``done callback``, ``constructor``, ..."""
     at: Place
+    """Where the function begins."""
     effects: list[Effect] = field(default_factory=list)
+    """In the order of the code."""
     is_async: bool = False
+    """Whether it is an ``async def``."""
     is_open: bool = False
+    """Whether it may do more than its effects say: the reader could not follow it."""
     is_apart: bool = False
+    """Whether it runs on a thread of its own, which does not belong to the executor."""
     body: list[Item] | None = field(default=None, repr=False)
+    """The effects in their branches; None if the order could not be followed."""
     answers: dict[str, bool] = field(default_factory=dict)
+    """Of a service: fields of its response that have this value each time."""
     lacks: str = ""
+    """``always`` or ``conditional``, if it returns something else than rclpy needs: no response, no result;
+    `LATER`, if it may send the response after it has returned (rclcpp).
+    """
 
     def to_json(self) -> dict[str, Any]:
         """Return the callback in the schema of the facts."""
@@ -278,83 +236,60 @@ KINDS = (
 
 @dataclass(eq=False)
 class NodeFact:
-    """A node that a program creates.
-
-    Attributes
-    ----------
-    cls : str
-        Class or function that creates it.
-    at : Place
-        Where that begins.
-    name : str
-        As written; open where not known.
-    namespace : str
-        As written.
-    base : str
-        Base class, as the code names it.
-    executor : str
-        The executor of its callbacks, in words.
-    threads : int or str
-        Of its executor; ``processors``, ``not spun``, ``open``.
-    managed : bool
-        Whether it has a lifecycle.
-    program : str
-        Script or entry point that makes it.
-    pool : int
-        Nodes of one program with the same number share an executor; 0: not known.
-    also_in : list of str
-        Other programs that make it.
-    home : str
-        File of the program.
-    remappings : dict of str to str
-        That a launch file gives.
-    started : str
-        Line of the launch file that starts it.
-    plugin : str
-        Of a component: its class, as launch files name it.
-    others : list of (Place, str)
-        Nodes that libraries make besides: where, and in words.
-    variables : list of branches.Variable
-        Attributes with few values, of which all assignments are known.
-    is_lent : bool
-        Whether code that is not in the folder gets it, and may use its ports.
-    lent_to : list of (Place, str)
-        Functions and classes of unknown libraries that get the node itself: where, and their names.
-    spun : int
-        Position in the start of its program at which an executor begins to run its callbacks, see
-        `Effect.order`. 0: unknown.
-    process : int
-        Number of the process among those that a launch file starts, as it may start a program repeatedly. 0:
-        the only process of the program.
-    apart : dict of str to int
-        Executors that run only callback groups of the node, with their numbers of threads. The detail
-        ``executor`` of a group names one.
-    """
+    """A node that a program creates."""
 
     cls: str
+    """Class or function that creates it."""
     at: Place
+    """Where that begins."""
     name: str = OPEN
+    """As written; open where not known."""
     namespace: str = ""
+    """As written."""
     base: str = "Node"
+    """Base class, as the code names it."""
     executor: str = ""
+    """The executor of its callbacks, in words."""
     threads: int | str = "not spun"
+    """Of its executor; ``processors``, ``not spun``, ``open``."""
     managed: bool = False
+    """Whether it has a lifecycle."""
     program: str = ""
+    """Script or entry point that makes it."""
     pool: int = 0
+    """Nodes of one program with the same number share an executor; 0: not known."""
     entities: list[Entity] = field(default_factory=list)
     callbacks: list[CallbackFact] = field(default_factory=list)
     also_in: list[str] = field(default_factory=list)
+    """Other programs that make it."""
     home: str = ""
+    """File of the program."""
     remappings: dict[str, str] = field(default_factory=dict)
+    """That a launch file gives."""
     started: str = ""
+    """Line of the launch file that starts it."""
     plugin: str = ""
+    """Of a component: its class, as launch files name it."""
     variables: list[Variable] = field(default_factory=list)
+    """Attributes with few values, of which all assignments are known."""
     others: list[tuple[Place, str]] = field(default_factory=list)
+    """Nodes that libraries make besides: where, and in words."""
     is_lent: bool = False
+    """Whether code that is not in the folder gets it, and may use its ports."""
     lent_to: list[tuple[Place, str]] = field(default_factory=list)
+    """Functions and classes of unknown libraries that get the node itself: where, and their names."""
     spun: int = 0
+    """Position in the start of its program at which an executor begins to run its callbacks, see
+    `Effect.order`. 0: unknown.
+    """
     process: int = 0
+    """Number of the process among those that a launch file starts, as it may start a program repeatedly. 0:
+    the only process of the program.
+    """
     apart: dict[str, int] = field(default_factory=dict)
+    """Executors that run only callback groups of the node, with their numbers of threads. The detail
+    ``executor`` of a group names one.
+    """
 
     @property
     def is_single(self) -> bool:
@@ -406,30 +341,20 @@ class NodeFact:
 
 @dataclass(eq=False)
 class Facts:
-    """All facts that were read.
-
-    Attributes
-    ----------
-    name : str
-        Of the folder, or of its package.
-    nodes : list of NodeFact
-        In the order of their files.
-    launch : list of dict
-        Launch files, in the schema of the facts.
-    unread : list of str
-        Files that could not be read and code that could not be followed, a line each.
-    files : int
-        How many files were read.
-    interfaces : Interfaces
-        What the folder's own files of messages, services and actions define.
-    """
+    """All facts that were read."""
 
     name: str
+    """Of the folder, or of its package."""
     nodes: list[NodeFact] = field(default_factory=list)
+    """In the order of their files."""
     launch: list[dict[str, Any]] = field(default_factory=list)
+    """Launch files, in the schema of the facts."""
     unread: list[str] = field(default_factory=list)
+    """Files that could not be read and code that could not be followed, a line each."""
     files: int = 0
+    """How many files were read."""
     interfaces: Interfaces = field(default_factory=Interfaces)
+    """What the folder's own files of messages, services and actions define."""
 
     @property
     def _language(self) -> str:

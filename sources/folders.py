@@ -32,24 +32,16 @@ _OF_ROS1 = re.compile(r"^\s*(?:import rospy|from rospy|#\s*include\s*[<\"]ros/ro
 
 @dataclass(eq=False)
 class SourceFolder:
-    """A folder of source code, and the relevant files in it.
-
-    Attributes
-    ----------
-    root : Path
-        The folder; paths are relative to it.
-    files : list of str
-        Paths of files, in order; scripts in Python with another suffix are in `scripts`.
-    scripts : list of str
-        Paths of files in Python, with and without ``.py``.
-    unread : list of str
-        Files that were ignored, a line each.
-    """
+    """A folder of source code, and the relevant files in it."""
 
     root: Path
+    """The folder; paths are relative to it."""
     files: list[str] = field(default_factory=list)
+    """Paths of files, in order; scripts in Python with another suffix are in `scripts`."""
     scripts: list[str] = field(default_factory=list)
+    """Paths of files in Python, with and without ``.py``."""
     unread: list[str] = field(default_factory=list)
+    """Files that were ignored, a line each."""
 
     def read(self, path: str) -> str | None:
         """Return the text of a file; None, and a line in `unread`, if it cannot be read."""

@@ -49,15 +49,10 @@ class _Written(NamedTuple):
 
 @dataclass(eq=False)
 class Interfaces:
-    """The interfaces of a folder.
-
-    Attributes
-    ----------
-    types : dict of str to str
-        Messages, services and actions, by name (``arm_msgs/srv/Grip``), with the paths of their files.
-    """
+    """The interfaces of a folder."""
 
     types: dict[str, str] = field(default_factory=dict)
+    """Messages, services and actions, by name (``arm_msgs/srv/Grip``), with the paths of their files."""
     _fields: dict[str, tuple[_Written, ...]] = field(default_factory=dict)
     _constants: dict[str, dict[str, Value]] = field(default_factory=dict)
     _packages: dict[str, set[str]] = field(default_factory=dict)
@@ -108,10 +103,7 @@ class Interfaces:
     def doubt(self, type: str) -> str | None:
         """Return the reason why a type may be missing; None: it exists.
 
-        Parameters
-        ----------
-        type : str
-            As ROS 2 writes it: ``arm_msgs/srv/Grip``.
+        `type`: as ROS 2 writes it: ``arm_msgs/srv/Grip``.
         """
         if type in self.types:
             return None
@@ -222,12 +214,7 @@ class _UnknownError(Exception):
 def read_interfaces(folder: SourceFolder, packages: list[Package]) -> Interfaces:
     """Return the interfaces that the files of a folder define; unread parts are listed in `unread`.
 
-    Parameters
-    ----------
-    folder : SourceFolder
-        The folder.
-    packages : list of Package
-        Its packages: the name of an interface consists of its package, its kind and its file name.
+    `packages`: its packages: the name of an interface consists of its package, its kind and its file name.
     """
     found = Interfaces()
     for path in folder.files:

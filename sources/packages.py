@@ -16,27 +16,18 @@ from dineros.sources.folders import SourceFolder
 
 @dataclass(eq=False)
 class Package:
-    """A package.
-
-    Attributes
-    ----------
-    name : str
-        Of ``package.xml``.
-    path : str
-        Its folder, relative to the folder that was read; ``.`` for that folder itself.
-    programs : dict of str to str
-        Executables: ``module:function`` of an entry point, or the path of a script.
-    sources : dict of str to list of str
-        Executables in C++, with the paths of their sources.
-    components : list of Component
-        Components in C++.
-    """
+    """A package."""
 
     name: str
+    """Of ``package.xml``."""
     path: str
+    """Its folder, relative to the folder that was read; ``.`` for that folder itself."""
     programs: dict[str, str] = field(default_factory=dict)
+    """Executables: ``module:function`` of an entry point, or the path of a script."""
     sources: dict[str, list[str]] = field(default_factory=dict)
+    """Executables in C++, with the paths of their sources."""
     components: list[Component] = field(default_factory=list)
+    """Components in C++."""
 
 
 def packages_of(folder: SourceFolder) -> list[Package]:

@@ -7,18 +7,12 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Place:
-    """A line of a file.
-
-    Attributes
-    ----------
-    file : str
-        Path, relative to the folder that was read.
-    line : int
-        Counted from 1.
-    """
+    """A line of a file."""
 
     file: str
+    """Path, relative to the folder that was read."""
     line: int
+    """Counted from 1."""
 
     def __str__(self) -> str:
         return f"{self.file}:{self.line}"

@@ -27,18 +27,12 @@ from dineros.sources.programs.running import Reading, read_programs, run_program
 
 @dataclass(frozen=True)
 class Launch:
-    """A launch file, with values of its arguments.
-
-    Attributes
-    ----------
-    file : str
-        Path in the folder that is read, or the end of the path of exactly one file.
-    arguments : mapping of str to str
-        Values of arguments.
-    """
+    """A launch file, with values of its arguments."""
 
     file: str
+    """Path in the folder that is read, or the end of the path of exactly one file."""
     arguments: Mapping[str, str] = field(default_factory=dict)
+    """Values of arguments."""
 
 
 def read_source(

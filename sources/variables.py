@@ -14,28 +14,19 @@ Known = tuple[object, ...]
 
 @dataclass(eq=False)
 class Variable:
-    """An attribute of an object that has few values in the whole program: a flag, a mode, a handle or None.
-
-    Attributes
-    ----------
-    name : str
-        Of the attribute.
-    at : Place
-        Where it gets its first value.
-    first : Known
-        Its value when the callbacks begin to run.
-    values : tuple of Known
-        All values that it may have.
-    sets, tests : list of Use
-        Where callbacks set it, and where they test it.
-    """
+    """An attribute of an object that has few values in the whole program: a flag, mode, handle or None."""
 
     name: str
+    """Of the attribute."""
     at: Place
+    """Where it gets its first value."""
     first: Known = ()
+    """Its value when the callbacks begin to run."""
     values: tuple[Known, ...] = ()
+    """All values that it may have."""
     sets: list[Use] = field(default_factory=list)
     tests: list[Use] = field(default_factory=list)
+    """`sets`, `tests`: where callbacks set it, and where they test it."""
 
     def to_json(self) -> dict[str, Any]:
         """Return the variable in the schema of the facts."""
@@ -51,21 +42,14 @@ class Variable:
 
 @dataclass(frozen=True)
 class Use:
-    """A line of a callback that sets a variable to one of some values, or tests it.
-
-    Attributes
-    ----------
-    callback : str
-        Name of the callback.
-    at : Place
-        The line.
-    values : tuple of Known or None
-        The values that it may set; None: any value, or a test.
-    """
+    """A line of a callback that sets a variable to one of some values, or tests it."""
 
     callback: str
+    """Name of the callback."""
     at: Place
+    """The line."""
     values: tuple[Known, ...] | None = None
+    """The values that it may set; None: any value, or a test."""
 
     def to_json(self) -> dict[str, Any]:
         """Return the use in the schema of the facts."""

@@ -15,51 +15,39 @@ from dineros.metamodel.ros_names import resource_name, snake_case
 
 @dataclass(frozen=True)
 class Transition:
-    """A transition of a node net.
-
-    Attributes
-    ----------
-    id : str
-        Its id in the model.
-    function, type_name : str
-        Name of its handler function; prefix of the names of its types `Firing`, `Inputs` and `Outputs`.
-    inputs, outputs : tuple of ArcEnd
-        The places of its arcs, with references resolved.
-    clause : str or None
-        Its input clause.
-    guard, assigns : str or None
-        Its guard on the data of the tokens it takes, and the fields that it assigns in those it puts.
-    service : str or None
-        The service on whose server page it is: it exists once per instance.
-    instances : int
-        Number of instances.
-    case : Case
-        A marking and signals under which it fires.
-    types : dict of str to TokenClass
-        Token types of its places.
-    result : TokenClass
-        Token type of the data passed on, which a handler gets and may change.
-    demanded : tuple of str
-        Places for which a handler must give data, as no data is passed on to them.
-    is_typed : bool
-        Whether it needs its own types: not all its places have the first token type.
-    """
+    """A transition of a node net."""
 
     id: str
+    """Its id in the model."""
     function: Name
     type_name: Name
+    """`function`, `type_name`: name of its handler function; prefix of the names of its types `Firing`,
+    `Inputs` and `Outputs`.
+    """
     inputs: tuple[ArcEnd, ...]
     outputs: tuple[ArcEnd, ...]
+    """`inputs`, `outputs`: the places of its arcs, with references resolved."""
     clause: str | None
+    """Its input clause."""
     guard: str | None
     assigns: str | None
+    """`guard`, `assigns`: its guard on the data of the tokens it takes, and the fields that it assigns in
+    those it puts.
+    """
     service: str | None
+    """The service on whose server page it is: it exists once per instance."""
     instances: int
+    """Number of instances."""
     case: Case
+    """A marking and signals under which it fires."""
     types: dict[str, TokenClass]
+    """Token types of its places."""
     result: TokenClass
+    """Token type of the data passed on, which a handler gets and may change."""
     demanded: tuple[str, ...]
+    """Places for which a handler must give data, as no data is passed on to them."""
     is_typed: bool
+    """Whether it needs its own types: not all its places have the first token type."""
 
     @property
     def names(self) -> list[str]:
@@ -98,46 +86,34 @@ class Transition:
 
 @dataclass(frozen=True)
 class Port:
-    """A topic, a service or an action of a node.
-
-    Attributes
-    ----------
-    kind : str
-        ``publisher``, ``subscriber``, ``client``, ``server``, ``action client`` or ``action server``.
-    channel, name : str
-        Id of the channel; name of the topic, service or action.
-    place : str
-        Id of the place from which it sends or onto which it receives; the second place of a client or server
-        is `other`.
-    limit : int or None
-        QoS depth.
-    quality : str
-        The depth and the other properties of its queue, or the settings of a client, as text.
-    overrides : tuple of (str, str or int)
-        The same as parameters that override them: ROS's name of each policy -> its value.
-    type : str
-        The ROS interface.
-    client : str or None
-        Id of the client.
-    instances : int or None
-        Number of server instances, or of slots for goals.
-    service : str or None
-        The service or action on whose server page a client or publisher is: its places exist once per
-        instance.
-    """
+    """A topic, a service or an action of a node."""
 
     kind: str
+    """``publisher``, ``subscriber``, ``client``, ``server``, ``action client`` or ``action server``."""
     channel: str
     name: str
+    """`channel`, `name`: id of the channel; name of the topic, service or action."""
     place: str
+    """Id of the place from which it sends or onto which it receives; the second place of a client or server
+    is `other`.
+    """
     type: str
+    """The ROS interface."""
     other: str | None = None
     limit: int | None = None
+    """QoS depth."""
     quality: str = ""
+    """The depth and the other properties of its queue, or the settings of a client, as text."""
     overrides: tuple[tuple[Name, str | int], ...] = ()
+    """The same as parameters that override them: ROS's name of each policy -> its value."""
     client: str | None = None
+    """Id of the client."""
     instances: int | None = None
+    """Number of server instances, or of slots for goals."""
     service: str | None = None
+    """The service or action on whose server page a client or publisher is: its places exist once per
+    instance.
+    """
 
     @property
     def override(self) -> Name:
@@ -148,23 +124,14 @@ class Port:
 
 @dataclass(frozen=True)
 class Place:
-    """A place of the model.
-
-    Attributes
-    ----------
-    id : str
-        Its id in the model.
-    tokens : int
-        Its initial tokens.
-    instances : int
-        Number of its copies: one per instance on a server page, else 1.
-    type : TokenClass
-        Type of its tokens.
-    """
+    """A place of the model."""
 
     id: str
+    """Its id in the model."""
     tokens: int
+    """Its initial tokens."""
     instances: int
+    """Number of its copies: one per instance on a server page, else 1."""
     type: TokenClass
 
 
@@ -180,70 +147,50 @@ class Signal:
 
 @dataclass(frozen=True)
 class Timer:
-    """The timer of a callback.
-
-    Attributes
-    ----------
-    callback : str
-        Id of the callback page.
-    period : float
-        Seconds.
-    begins : tuple of str
-        Ids of the transitions by which the callback begins.
-    parameter : str
-        Name of the parameter that sets the period, after ``periods.``.
-    """
+    """The timer of a callback."""
 
     callback: str
+    """Id of the callback page."""
     period: float
+    """Seconds."""
     begins: tuple[str, ...]
+    """Ids of the transitions by which the callback begins."""
     parameter: Name
+    """Name of the parameter that sets the period, after ``periods.``."""
 
 
 @dataclass(frozen=True)
 class NodePackage:
-    """A node net and its ROS package.
-
-    Attributes
-    ----------
-    id, package, name : str
-        Id of the node net; names of the package and of the ROS node.
-    namespace : str
-        Absolute ROS namespace; empty for none.
-    executor, threads : str, int
-        How the node runs its callbacks.
-    transitions, ports, signals, timers : tuple
-        Its transitions, ports, signals and timers, in model order.
-    places : tuple of Place
-        Its places.
-    published : tuple of (str, int)
-        For each channel on which it publishes, the name of its parameter, and the number of its subscribers.
-    message_packages : tuple of str
-        Packages of the interfaces that it uses, sorted.
-    token_types : tuple of TokenClass
-        Its token types: the first one of the model, and those of its places.
-    token_classes : tuple of TokenClass
-        The same, preceded by the ROS types nested in them.
-    runtime_model : bytes
-        The runtime model as XMI.
-    """
+    """A node net and its ROS package."""
 
     id: str
     package: Name
     name: Name
+    """`id`, `package`, `name`: id of the node net; names of the package and of the ROS node."""
     namespace: str
+    """Absolute ROS namespace; empty for none."""
     executor: str
     threads: int
+    """`executor`, `threads`: how the node runs its callbacks."""
     transitions: tuple[Transition, ...]
     ports: tuple[Port, ...]
     signals: tuple[Signal, ...]
     timers: tuple[Timer, ...]
+    """`transitions`, `ports`, `signals`, `timers`: its transitions, ports, signals and timers, in model
+    order.
+    """
     places: tuple[Place, ...]
     published: tuple[tuple[Name, int], ...]
+    """For each channel on which it publishes, the name of its parameter, and the number of its subscribers.
+    """
     message_packages: tuple[Name, ...]
+    """Packages of the interfaces that it uses, sorted."""
     token_types: tuple[TokenClass, ...]
+    """Its token types: the first one of the model, and those of its places."""
     token_classes: tuple[TokenClass, ...]
+    """The same, preceded by the ROS types nested in them."""
     runtime_model: bytes
+    """The runtime model as XMI."""
 
     @property
     def has_guards(self) -> bool:
@@ -288,28 +235,19 @@ class NodePackage:
 
 @dataclass(frozen=True)
 class Application:
-    """A whole system model.
-
-    Attributes
-    ----------
-    id, name : str
-        Id and name of the system model.
-    interfaces : Interfaces
-        Its interface package.
-    bringup : str
-        Name of the package that starts its nodes.
-    nodes : tuple of NodePackage
-        Its node nets.
-    manager : tuple of str
-        Arguments for the manager of its managed nodes, in the start order.
-    """
+    """A whole system model."""
 
     id: str
     name: str
+    """`id`, `name`: id and name of the system model."""
     interfaces: Interfaces
+    """Its interface package."""
     bringup: Name
+    """Name of the package that starts its nodes."""
     nodes: tuple[NodePackage, ...]
+    """Its node nets."""
     manager: tuple[str, ...] = ()
+    """Arguments for the manager of its managed nodes, in the start order."""
 
     @property
     def launch(self) -> Name:

@@ -14,30 +14,20 @@ from dineros.metamodel.token_data import Value
 
 @dataclass(frozen=True)
 class Case:
-    """A marking and signals under which a transition can fire; ids are those of the running net.
-
-    Attributes
-    ----------
-    transition : str
-        The transition, in the first instance if there are several.
-    marking : dict of str to int
-        Tokens of the places it needs; all others are empty.
-    signals : dict of str to bool or str
-        Values of the signals that differ from those at the start.
-    change : dict of str to int
-        Change of the marking by the firing.
-    obstacle : str
-        Why it cannot fire with only these; empty: it can.
-    data : dict of str to dict
-        For each place, the fields of its token that occur in a guard.
-    """
+    """A marking and signals under which a transition can fire; ids are those of the running net."""
 
     transition: str
+    """The transition, in the first instance if there are several."""
     marking: dict[str, int]
+    """Tokens of the places it needs; all others are empty."""
     signals: dict[str, SignalSetting]
+    """Values of the signals that differ from those at the start."""
     change: dict[str, int]
+    """Change of the marking by the firing."""
     obstacle: str = ""
+    """Why it cannot fire with only these; empty: it can."""
     data: dict[str, dict[str, Value]] = field(default_factory=dict)
+    """For each place, the fields of its token that occur in a guard."""
 
 
 def case_of(
@@ -55,10 +45,6 @@ def case_of(
     ----------
     transition : str
         Its id in the running net.
-    inputs, outputs : sequence of ArcEnd
-        Its arcs.
-    clause : sym.InputClause or None
-        Its input clause.
     initial : dict of str to bool
         The signals of its node, with their initial values.
     running : callable

@@ -37,67 +37,44 @@ Served = TypeVar("Served", sym.ServiceChannel, sym.ActionChannel)
 
 @dataclass(frozen=True)
 class Service:
-    """A service with a generated type.
-
-    Attributes
-    ----------
-    name : str
-        Name of the type.
-    request, response : TokenClass
-        Token types of its parts.
-    """
+    """A service with a generated type."""
 
     name: Name
+    """Name of the type."""
     request: TokenClass
     response: TokenClass
+    """`request`, `response`: token types of its parts."""
 
 
 @dataclass(frozen=True)
 class Action:
-    """An action with a generated type.
-
-    Attributes
-    ----------
-    name : str
-        Name of the type.
-    goal : TokenClass
-        Token type of goals.
-    result, feedback : TokenClass or None
-        Token types of results and feedback; None: there are none.
-    """
+    """An action with a generated type."""
 
     name: Name
+    """Name of the type."""
     goal: TokenClass
+    """Token type of goals."""
     result: TokenClass | None
     feedback: TokenClass | None
+    """`result`, `feedback`: token types of results and feedback; None: there are none."""
 
 
 @dataclass(frozen=True)
 class Interfaces:
-    """The interface package of a model.
-
-    Attributes
-    ----------
-    package : str
-        Its name.
-    types : tuple of TokenClass
-        The token types, beginning with the model's first one.
-    nested : tuple of TokenClass
-        The ROS types nested in installed messages; a type follows the types nested in it.
-    entries : tuple of (str, str)
-        Messages for the entries of maps: name, and ROS type of the value.
-    services : tuple of Service
-        The service types.
-    actions : tuple of Action
-        The action types.
-    """
+    """The interface package of a model."""
 
     package: Name
+    """Its name."""
     types: tuple[TokenClass, ...]
+    """The token types, beginning with the model's first one."""
     nested: tuple[TokenClass, ...]
+    """The ROS types nested in installed messages; a type follows the types nested in it."""
     entries: tuple[tuple[Name, Written], ...]
+    """Messages for the entries of maps: name, and ROS type of the value."""
     services: tuple[Service, ...]
+    """The service types."""
     actions: tuple[Action, ...]
+    """The action types."""
 
     @property
     def token(self) -> Name:

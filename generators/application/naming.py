@@ -52,17 +52,12 @@ class NamingError(DinerosError):
 
 @dataclass(frozen=True)
 class Reserved:
-    """Names that templates use in generated modules; names of the model must not hide them.
-
-    Attributes
-    ----------
-    handlers, firings, tokens : frozenset of str
-        Names in the modules `handlers`, `firings` and `tokens`.
-    """
+    """Names that templates use in generated modules; names of the model must not hide them."""
 
     handlers: frozenset[str] = frozenset()
     firings: frozenset[str] = frozenset()
     tokens: frozenset[str] = frozenset()
+    """`handlers`, `firings`, `tokens`: names in the modules `handlers`, `firings` and `tokens`."""
 
     @property
     def type_names(self) -> frozenset[str]:

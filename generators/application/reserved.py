@@ -20,10 +20,7 @@ _PROBE = "ProbeOfNames"
 def reserved_names(render: Callable[[Application, str], bytes]) -> Reserved:
     """Return the names used in the modules of a node.
 
-    Parameters
-    ----------
-    render : callable
-        Renders a module of the first node of an application, without stubs, by the module's name.
+    `render`: renders a module of the first node of an application, without stubs, by the module's name.
     """
     probe = application_of(_probe())
     names = {module: _names(render(probe, module)) for module in ("handlers", "firings", "tokens")}

@@ -32,68 +32,45 @@ PYTHON_TYPES = {"text": "str", "integer": "int", "number": "float", "boolean": "
 
 @dataclass(frozen=True)
 class Field:
-    """A field of a token type.
-
-    Attributes
-    ----------
-    name, message_name : str
-        Its names in the model and in messages.
-    kind : str
-        Its kind as text: ``text``, ``list of 6 number``, ``map of text``.
-    python_type, ros_type : str
-        Its types in handlers and in messages.
-    default : Value
-        Its default value.
-    made : str
-        The default as a Python expression.
-    ros_default : str
-        The default in the interface definition; empty if it is not needed or cannot be expressed.
-    named_values : tuple of (str, int)
-        Its values, if they have names: constants of the message.
-    allowed : str
-        The allowed values as text, if not all values of its type are allowed.
-    """
+    """A field of a token type."""
 
     name: str
     message_name: Name
+    """`name`, `message_name`: its names in the model and in messages."""
     kind: str
+    """Its kind as text: ``text``, ``list of 6 number``, ``map of text``."""
     python_type: Written
     ros_type: Written
+    """`python_type`, `ros_type`: its types in handlers and in messages."""
     default: Value
     made: Written
+    """The default as a Python expression."""
     ros_default: Written
+    """The default in the interface definition; empty if it is not needed or cannot be expressed."""
     named_values: tuple[tuple[Name, int], ...] = ()
+    """Its values, if they have names: constants of the message."""
     allowed: str = ""
+    """The allowed values as text, if not all values of its type are allowed."""
 
 
 @dataclass(frozen=True)
 class TokenClass:
-    """The class in handlers for a token type, or for a ROS type nested in one.
-
-    Attributes
-    ----------
-    id : str or None
-        The token type in the model; None: the model declares none, or it is a nested type.
-    name, function : str
-        The class, and the function that creates an object.
-    fields : tuple of Field
-        Its fields.
-    ros : str or None
-        The installed message that it represents; None: a message of its name is generated.
-    nested : frozenset of str
-        The ROS types in it, at all levels.
-    constants : dict of str to Value
-        Constants of the installed message, or named values of the model's own type, by their names in Python:
-        ``STATE_PRIMARY_STATE_ACTIVE``.
-    """
+    """The class in handlers for a token type, or for a ROS type nested in one."""
 
     id: str | None
+    """The token type in the model; None: the model declares none, or it is a nested type."""
     name: Name
     function: Name
+    """`name`, `function`: the class, and the function that creates an object."""
     fields: tuple[Field, ...]
     ros: Written | None
+    """The installed message that it represents; None: a message of its name is generated."""
     nested: frozenset[str] = frozenset()
+    """The ROS types in it, at all levels."""
     constants: dict[Name, Value] = dataclass_field(default_factory=dict)
+    """Constants of the installed message, or named values of the model's own type, by their names in Python:
+    ``STATE_PRIMARY_STATE_ACTIVE``.
+    """
 
     @property
     def message(self) -> Written:

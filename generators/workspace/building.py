@@ -52,10 +52,7 @@ def missing_tools() -> list[str]:
 def build_interfaces(workspace: Path) -> Path:
     """Build the interface package of a workspace, unless it was built from the same files.
 
-    Parameters
-    ----------
-    workspace : Path
-        A generated workspace.
+    `workspace`: a generated workspace.
 
     Returns
     -------

@@ -26,19 +26,15 @@ class DependenciesError(DinerosError):
 
 @dataclass(frozen=True)
 class Dependencies:
-    """Dependencies of handlers; the names are those of ``package.xml`` (REP 149) and setuptools.
-
-    Attributes
-    ----------
-    exec_depend, test_depend : tuple of str
-        ROS packages or keys of rosdep: imports of the handlers, and imports only of their tests.
-    install_requires : tuple of str
-        Distributions of the Python package index, in the notation of pip (PEP 508).
-    """
+    """Dependencies of handlers; the names are those of ``package.xml`` (REP 149) and setuptools."""
 
     exec_depend: tuple[str, ...] = ()
     test_depend: tuple[str, ...] = ()
+    """`exec_depend`, `test_depend`: ROS packages or keys of rosdep: imports of the handlers, and imports only
+    of their tests.
+    """
     install_requires: tuple[str, ...] = ()
+    """Distributions of the Python package index, in the notation of pip (PEP 508)."""
 
     def without(self, exec_depend: tuple[str, ...]) -> Dependencies:
         """Return the dependencies that a package does not have anyway; tests have its runtime ones, too."""

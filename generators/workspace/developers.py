@@ -42,22 +42,15 @@ def instance_of(name: str) -> Instance | None:
 
 @dataclass(frozen=True)
 class Handler:
-    """A handler in a developer's module.
-
-    Attributes
-    ----------
-    transition : str
-        The name for which it is registered, such as ``TPick`` or ``Pick[2].TPick``.
-    function : str
-        Name of the function.
-    line, end : int
-        First line, decorators included, and last line.
-    """
+    """A handler in a developer's module."""
 
     transition: str
+    """The name for which it is registered, such as ``TPick`` or ``Pick[2].TPick``."""
     function: str
+    """Name of the function."""
     line: int
     end: int
+    """`line`, `end`: first line, decorators included, and last line."""
 
     @property
     def model_transition(self) -> str:
@@ -68,28 +61,18 @@ class Handler:
 
 @dataclass(frozen=True)
 class Module:
-    """A developer's module.
-
-    Attributes
-    ----------
-    path : Path
-        The file.
-    content : bytes
-        Its bytes.
-    text : str
-        Its text, with line feeds as line ends.
-    tree : ast.Module
-        Its syntax tree.
-    encoding, newline : str
-        Its encoding and its line ends.
-    """
+    """A developer's module."""
 
     path: Path
+    """The file."""
     content: bytes
     text: str
+    """Its text, with line feeds as line ends."""
     tree: ast.Module
+    """Its syntax tree."""
     encoding: str
     newline: str
+    """`encoding`, `newline`: its encoding and its line ends."""
 
 
 def read_module(path: Path, content: bytes) -> Module:
@@ -183,12 +166,7 @@ def module_name(module: Module, package: str, name: str) -> str | None:
 def append(module: Module, parts: Sequence[str]) -> bytes:
     """Return a module's bytes with text appended; the existing text is unchanged.
 
-    Parameters
-    ----------
-    module : Module
-        The module.
-    parts : sequence of str
-        Top-level statements, each ending with a line feed; two blank lines are inserted before each.
+    `parts`: top-level statements, each ending with a line feed; two blank lines are inserted before each.
 
     Raises
     ------

@@ -41,26 +41,18 @@ SCHEMA = 1
 
 @dataclass(frozen=True)
 class NodeEntry:
-    """A node of the workspace, with the data needed to start it.
-
-    Attributes
-    ----------
-    node : str
-        Id of the node net.
-    package, executable : str
-        Arguments of ``ros2 run``.
-    module : str
-        Argument of ``python -m``.
-    name, namespace : str
-        Name and namespace of the ROS node.
-    """
+    """A node of the workspace, with the data needed to start it."""
 
     node: str
+    """Id of the node net."""
     package: str
     executable: str
+    """`package`, `executable`: arguments of ``ros2 run``."""
     module: str
+    """Argument of ``python -m``."""
     name: str
     namespace: str
+    """`name`, `namespace`: name and namespace of the ROS node."""
 
 
 @dataclass(frozen=True)
@@ -73,62 +65,44 @@ class StubEntry:
 
 @dataclass(frozen=True)
 class DeveloperEntry:
-    """A file that was written once and then belongs to its developer.
-
-    Attributes
-    ----------
-    node : str or None
-        Id of the node net in whose package it is.
-    written : str
-        Hash of the last content written by the generator while the file was unedited; it identifies unedited
-        files.
-    stubs : dict of str to StubEntry
-        Stubs that were written into it, by transition.
-    """
+    """A file that was written once and then belongs to its developer."""
 
     node: str | None = None
+    """Id of the node net in whose package it is."""
     written: str = ""
+    """Hash of the last content written by the generator while the file was unedited; it identifies unedited
+    files.
+    """
     stubs: dict[str, StubEntry] = field(default_factory=dict)
+    """Stubs that were written into it, by transition."""
 
 
 @dataclass(frozen=True)
 class Manifest:
-    """The recorded state of a workspace.
-
-    Attributes
-    ----------
-    generator, model, source : str
-        The generator that wrote it, the id of the model, and the name of its file.
-    settings : tuple of str
-        Settings that changed the model by ``--set``.
-    options : dict
-        Options of the generation, used again if no others are given.
-    interfaces, bringup : str
-        Names of these packages.
-    token : dict of str to str
-        The token's fields and their kinds.
-    nodes : tuple of NodeEntry
-        The nodes.
-    generated : dict of str to str
-        Hash of each generated file, by its path in the workspace.
-    pending : dict of str to str
-        Hashes of files that are about to be written; empty after they are written.
-    developer : dict of str to DeveloperEntry
-        The developers' files.
-    """
+    """The recorded state of a workspace."""
 
     generator: str = ""
     model: str = ""
     source: str = ""
+    """`generator`, `model`, `source`: the generator that wrote it, the id of the model, and the name of its
+    file.
+    """
     settings: tuple[str, ...] = ()
+    """Settings that changed the model by ``--set``."""
     options: dict[str, Any] = field(default_factory=dict)
+    """Options of the generation, used again if no others are given."""
     interfaces: str = ""
     bringup: str = ""
+    """`interfaces`, `bringup`: names of these packages."""
     token: dict[str, str] = field(default_factory=dict)
+    """The token's fields and their kinds."""
     nodes: tuple[NodeEntry, ...] = ()
     generated: dict[str, str] = field(default_factory=dict)
+    """Hash of each generated file, by its path in the workspace."""
     pending: dict[str, str] = field(default_factory=dict)
+    """Hashes of files that are about to be written; empty after they are written."""
     developer: dict[str, DeveloperEntry] = field(default_factory=dict)
+    """The developers' files."""
 
     def is_ours(self, path: str, content: bytes) -> bool:
         """Return whether a file has the content that was generated."""

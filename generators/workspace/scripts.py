@@ -24,24 +24,15 @@ from dineros.metamodel.ros_names import snake_case
 
 @dataclass(frozen=True)
 class Script:
-    """The steps by which a test runs nodes through a trace.
-
-    Attributes
-    ----------
-    name : str
-        Name of the test.
-    about : str
-        Description of the trace.
-    steps : tuple of ScriptStep
-        The steps.
-    marking : dict of str to int
-        Tokens on each place of the model at the end, summed over all server instances.
-    """
+    """The steps by which a test runs nodes through a trace."""
 
     name: Name
+    """Name of the test."""
     about: str
+    """Description of the trace."""
     steps: tuple[ScriptStep, ...]
     marking: dict[str, int]
+    """Tokens on each place of the model at the end, summed over all server instances."""
 
     def to_json(self) -> bytes:
         """Return the script as the content of a file: one step per line."""
@@ -84,12 +75,7 @@ def _is_step(step: object) -> bool:
 def read_script(path: Path, app: Application) -> Script:
     """Return the script of a trace.
 
-    Parameters
-    ----------
-    path : Path
-        A witness, the trace of a node's run, or a folder with traces of several nodes.
-    app : Application
-        The application.
+    `path`: a witness, the trace of a node's run, or a folder with traces of several nodes.
 
     Raises
     ------

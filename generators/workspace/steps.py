@@ -90,12 +90,8 @@ class Model:
 class StepWriter:
     """Writes the steps of records.
 
-    Parameters
-    ----------
-    model : Model
-        The model.
-    satisfies_clauses : bool
-        Whether the trace has no signals, so that the script sets them as the clause of a transition needs.
+    `satisfies_clauses`: whether the trace has no signals, so that the script sets them as the clause of a
+    transition needs.
     """
 
     def __init__(self, model: Model, *, satisfies_clauses: bool) -> None:

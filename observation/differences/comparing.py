@@ -130,8 +130,6 @@ def differences(
 
     Parameters
     ----------
-    model : sym.SystemModel
-        The model.
     system : ObservedSystem
         The observed system: nodes with their ports, or only topics and services.
     namespaces : sequence of str

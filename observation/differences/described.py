@@ -25,21 +25,14 @@ from dineros.runtime.ros.conversion.messages import action_interface, service_in
 
 @dataclass(frozen=True)
 class Described:
-    """A model as a system.
-
-    Attributes
-    ----------
-    system : ObservedSystem
-        Its nodes.
-    elements : mapping
-        Id of the model's element, by full name of the node, role (empty for the node itself) and name.
-    managed : frozenset of str
-        Full names of managed nodes.
-    """
+    """A model as a system."""
 
     system: ObservedSystem
+    """Its nodes."""
     elements: dict[tuple[str, str, str], str] = field(default_factory=dict)
+    """Id of the model's element, by full name of the node, role (empty for the node itself) and name."""
     managed: frozenset[str] = frozenset()
+    """Full names of managed nodes."""
 
 
 def described(model: sym.SystemModel, *, with_unseen: bool = False) -> Described:

@@ -30,10 +30,7 @@ class Commuting:
     [1]_, except that the two orders may lead to different markings: one may allow more. It holds where it
     holds in each part of the net.
 
-    Parameters
-    ----------
-    follower : Follower
-        The model.
+    `follower`: the model.
 
     References
     ----------

@@ -36,8 +36,6 @@ class Explainer:
 
     Parameters
     ----------
-    model : sym.SystemModel
-        The model.
     recorded : collection of RecordedTopic
         The recorded topics; other topics of the model may have any messages.
     tolerance : float
@@ -114,10 +112,7 @@ class Explainer:
     def silences(self, end: int) -> tuple[Silence, ...]:
         """Return the topics that fell silent although the model must continue; call it after `finish`.
 
-        Parameters
-        ----------
-        end : int
-            When the recording ends, in nanoseconds.
+        `end`: when the recording ends, in nanoseconds.
 
         Raises
         ------

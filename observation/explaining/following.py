@@ -108,11 +108,8 @@ class Follower:
     def start(self, midway: bool = False) -> State:
         """Return the possible markings before the first message.
 
-        Parameters
-        ----------
-        midway : bool
-            Whether the nodes may have run before: then each part can have any of its markings, independent of
-            the other parts.
+        `midway`: whether the nodes may have run before: then each part can have any of its markings,
+        independent of the other parts.
         """
         return self._state((tuple(sets.anywhere if midway else sets.start for sets in self.parts),))
 

@@ -53,12 +53,7 @@ def all_markings(part: NetPart, budget: Budget) -> SymbolicStateSpace:
 class MarkingSets:
     """The sets of markings of a part. All sets are closed under silent firings.
 
-    Parameters
-    ----------
-    part : NetPart
-        The part.
-    budget : Budget
-        The budget of its diagram.
+    `budget`: the budget of its diagram.
 
     Attributes
     ----------

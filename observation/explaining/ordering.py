@@ -28,40 +28,26 @@ TRAIL = 64
 
 @dataclass(slots=True)
 class Way:
-    """The possible markings after some messages, and one possible order of their publication.
-
-    Attributes
-    ----------
-    state : State
-        What is possible.
-    topic : str
-        The topic of the last message.
-    before : Way or None
-        The order up to that message; None: earlier messages are not remembered.
-    """
+    """The possible markings after some messages, and one possible order of their publication."""
 
     state: State
+    """What is possible."""
     topic: str = ""
+    """The topic of the last message."""
     before: Way | None = None
+    """The order up to that message; None: earlier messages are not remembered."""
 
 
 @dataclass(frozen=True)
 class SeenMessage:
-    """The order data of a message.
-
-    Attributes
-    ----------
-    number : int
-        Of the messages followed, from 1.
-    topic : str
-        Full name.
-    time : int
-        In nanoseconds.
-    """
+    """The order data of a message."""
 
     number: int
+    """Of the messages followed, from 1."""
     topic: str
+    """Full name."""
     time: int
+    """In nanoseconds."""
 
 
 class Ordering:

@@ -36,27 +36,18 @@ state of a callback; or all places that any firing connects."""
 
 @dataclass(frozen=True)
 class NetPart:
-    """A part of a net, as a net of its own.
-
-    Attributes
-    ----------
-    net : CompiledNet
-        Its places, their free room, and the transitions that change or test them.
-    places : tuple of int
-        In the whole net: the places of `net`, which are its first.
-    transitions : tuple of int
-        In the whole net: the transitions of `net`, in its order.
-    silent : frozenset of int
-        The transitions of `net` that show no message.
-    edges : dict of int to int
-        By unbounded place of `net`: the fewest tokens with which some firing is ignored.
-    """
+    """A part of a net, as a net of its own."""
 
     net: CompiledNet
+    """Its places, their free room, and the transitions that change or test them."""
     places: tuple[int, ...]
+    """In the whole net: the places of `net`, which are its first."""
     transitions: tuple[int, ...]
+    """In the whole net: the transitions of `net`, in its order."""
     silent: frozenset[int]
+    """The transitions of `net` that show no message."""
     edges: dict[int, int]
+    """By unbounded place of `net`: the fewest tokens with which some firing is ignored."""
 
 
 def parts_of(net: CompiledNet, shown: Collection[int], joining: Joining = "silence") -> list[NetPart]:

@@ -38,23 +38,15 @@ class ShownNet:
 
     Signals are ignored: their changes are invisible, and since they may change at any time, they never force
     or prevent a message.
-
-    Attributes
-    ----------
-    model : sym.SystemModel
-        The model.
-    subject : Subject
-        The flattened net.
-    shown : dict of str to tuple of int
-        By full name of a recorded topic, or name of an event: the transitions that show a message on it.
-    hidden : tuple of str
-        Topics of the model that were not recorded: their messages may come at any time.
     """
 
     model: sym.SystemModel
     subject: Subject
+    """The flattened net."""
     shown: dict[str, tuple[int, ...]]
+    """By full name of a recorded topic, or name of an event: the transitions that show a message on it."""
     hidden: tuple[str, ...]
+    """Topics of the model that were not recorded: their messages may come at any time."""
 
     @cached_property
     def roles(self) -> dict[str, StepRole]:
@@ -80,12 +72,7 @@ def shown_net(model: sym.SystemModel, recorded: set[str]) -> ShownNet:
     By the rules of ``ros2`` a message is seen when it is published. By those of ``ros1`` it is seen when the
     topic delivers it: a message that the publisher's own queue loses does not reach a recorder.
 
-    Parameters
-    ----------
-    model : sym.SystemModel
-        The model.
-    recorded : set of str
-        Full names of the recorded topics, and names of events.
+    `recorded`: full names of the recorded topics, and names of events.
 
     Raises
     ------

@@ -28,21 +28,14 @@ LEAST_SECONDS = 1.0
 
 @dataclass(frozen=True)
 class Silence:
-    """A topic without further messages.
-
-    Attributes
-    ----------
-    topic : str
-        Full name, or name of an event.
-    seconds : float
-        From its last message to the end of the recording.
-    every : float
-        Mean seconds between its messages before.
-    """
+    """A topic without further messages."""
 
     topic: str
+    """Full name, or name of an event."""
     seconds: float
+    """From its last message to the end of the recording."""
     every: float
+    """Mean seconds between its messages before."""
 
     def __str__(self) -> str:
         return (

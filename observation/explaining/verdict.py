@@ -12,30 +12,20 @@ from dineros.observation.explaining.silences import Silence
 
 @dataclass(frozen=True)
 class Unexplained:
-    """The first message that no run shows.
-
-    Attributes
-    ----------
-    number : int
-        Of the recorded messages on topics of the model, from 1.
-    topic : str
-        Full name of its topic.
-    time : int
-        When it was received, in nanoseconds.
-    seconds : float
-        The same, since the first message on a topic of the model.
-    possible : tuple of str
-        Topics on which the model could have shown a message then.
-    publishers : tuple of str
-        Node nets that publish on its topic.
-    """
+    """The first message that no run shows."""
 
     number: int
+    """Of the recorded messages on topics of the model, from 1."""
     topic: str
+    """Full name of its topic."""
     time: int
+    """When it was received, in nanoseconds."""
     seconds: float
+    """The same, since the first message on a topic of the model."""
     possible: tuple[str, ...]
+    """Topics on which the model could have shown a message then."""
     publishers: tuple[str, ...]
+    """Node nets that publish on its topic."""
 
     def __str__(self) -> str:
         if not self.publishers:
@@ -50,44 +40,31 @@ class Unexplained:
 
 @dataclass(frozen=True)
 class RecordingVerdict:
-    """Whether a model explains a recording.
-
-    Attributes
-    ----------
-    status : {"conforms", "violated", "unknown"}
-        The answer.
-    messages : int
-        The number of explained messages on topics of the model.
-    unexplained : Unexplained or None
-        The first that has none.
-    reason : str
-        Why the answer is unknown.
-    hidden : tuple of str
-        Topics of the model that were not recorded: their messages may come at any time.
-    others : tuple of str
-        Recorded topics that the model does not have: they are left out.
-    silences : tuple of Silence
-        Topics that fell silent although the model must continue, if all messages have an explanation.
-    untold : tuple of str
-        If the nodes may have run before the recorder: topics and events over which parts of the model
-        depend on each other that were taken to begin independently. Then more may conform than the model
-        allows. Empty if the run begins in a state that the model can reach.
-    run : Witness or None
-        A run that shows the last messages with an explanation.
-    cause : Cause or None
-        Where it may have begun that the next message could not come after this run.
-    """
+    """Whether a model explains a recording."""
 
     status: Literal["conforms", "violated", "unknown"]
+    """The answer."""
     messages: int = 0
+    """The number of explained messages on topics of the model."""
     unexplained: Unexplained | None = None
+    """The first that has none."""
     reason: str = ""
+    """Why the answer is unknown."""
     hidden: tuple[str, ...] = ()
+    """Topics of the model that were not recorded: their messages may come at any time."""
     others: tuple[str, ...] = ()
+    """Recorded topics that the model does not have: they are left out."""
     silences: tuple[Silence, ...] = ()
+    """Topics that fell silent although the model must continue, if all messages have an explanation."""
     untold: tuple[str, ...] = ()
+    """If the nodes may have run before the recorder: topics and events over which parts of the model depend
+    on each other that were taken to begin independently. Then more may conform than the model allows. Empty
+    if the run begins in a state that the model can reach.
+    """
     run: Witness | None = None
+    """A run that shows the last messages with an explanation."""
     cause: Cause | None = None
+    """Where it may have begun that the next message could not come after this run."""
 
     def to_dict(self, model: str) -> dict[str, Any]:
         """Return the verdict for JSON."""

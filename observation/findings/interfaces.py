@@ -23,10 +23,7 @@ def missing_types(read: Sequence[tuple[str, Facts]]) -> list[Finding]:
 
     The elements of a finding are the names of node and type.
 
-    Parameters
-    ----------
-    read : sequence of (str, Facts)
-        Each folder, with its facts; all folders can use each other's interfaces.
+    `read`: each folder, with its facts; all folders can use each other's interfaces.
     """
     known = _together(read)
     found: dict[str, Finding] = {}

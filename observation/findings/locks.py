@@ -23,10 +23,7 @@ _User = tuple[CallbackFact, NodeFact]
 def not_modelled(read: Iterable[tuple[str, Facts]]) -> list[str]:
     """Return a line for each wait under a lock: a model without locks does not show that it may never end.
 
-    Parameters
-    ----------
-    read : iterable of (str, Facts)
-        Each folder, with its facts.
+    `read`: each folder, with its facts.
     """
     found: dict[str, str] = {}
     for folder, facts in read:

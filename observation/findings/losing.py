@@ -74,10 +74,7 @@ class _Use:
 def losses(nodes: Iterable[NodeFact]) -> Iterator[tuple[Place, Finding]]:
     """Yield the findings of losses and delays, each with its line.
 
-    Parameters
-    ----------
-    nodes : iterable of NodeFact
-        All nodes of a folder.
+    `nodes`: all nodes of a folder.
     """
     every = list(nodes)
     uses = [

@@ -47,10 +47,7 @@ class _Wait:
 def starts(nodes: Iterable[NodeFact]) -> Iterator[tuple[NodeFact, Place, Finding]]:
     """Yield the findings of starts, each with its node and line.
 
-    Parameters
-    ----------
-    nodes : iterable of NodeFact
-        All nodes that run together.
+    `nodes`: all nodes that run together.
     """
     every = list(nodes)
     waits = [each for node in every for each in _waits(node)]

@@ -24,10 +24,7 @@ UNKNOWN = "_NODE_NAME_UNKNOWN_"
 class Listing:
     """Lists a graph.
 
-    Parameters
-    ----------
-    node : rclpy.node.Node
-        The node that sends queries.
+    `node`: the node that sends queries.
 
     Attributes
     ----------

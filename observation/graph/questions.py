@@ -11,10 +11,7 @@ _STATE = ("get_state", "lifecycle_msgs/srv/GetState")
 class Questions:
     """Queries each node once, as soon as possible; missing responses are ignored.
 
-    Parameters
-    ----------
-    node : rclpy.node.Node
-        The querying node; its callbacks are run elsewhere.
+    `node`: the querying node; its callbacks are run elsewhere.
     """
 
     def __init__(self, node: Any) -> None:

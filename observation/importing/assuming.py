@@ -20,22 +20,15 @@ Marked = sym.NodeNet | sym.CallbackPage | sym.TopicPort
 
 @dataclass(frozen=True)
 class Assumed:
-    """An assumption about a fact that a source does not have.
-
-    Attributes
-    ----------
-    node : str
-        Full name of the node.
-    key, value : str
-        Its notation in the file of given facts, under the node: ``depths."/scan"``, ``10``.
-    words : str
-        The assumption in words.
-    """
+    """An assumption about a fact that a source does not have."""
 
     node: str
+    """Full name of the node."""
     key: str
     value: str
+    """`key`, `value`: its notation in the file of given facts, under the node: ``depths."/scan"``, ``10``."""
     words: str
+    """The assumption in words."""
 
     @property
     def kind(self) -> str:

@@ -29,28 +29,20 @@ class Call:
 
 @dataclass(frozen=True)
 class Possible:
-    """The possible steps of callbacks of a node.
-
-    Attributes
-    ----------
-    puts : mapping of Step to places
-        Places on which a step puts a token: of each publisher of a topic, of the goals of an action, of
-        requests without a wait.
-    call : callable
-        Creates the client of a call for a page, with its arguments: page, step, seconds until it gives up.
-    calls : tuple of Step
-        The calls that the node can make.
-    waits : mapping of Step to place
-        Places from which a step takes a token: of messages and results that other callbacks have taken.
-    variables : mapping of str to mapping of str to place
-        A place for each value of each variable; one of them has a token.
-    """
+    """The possible steps of callbacks of a node."""
 
     puts: Mapping[Step, tuple[pn.Place, ...]]
+    """Places on which a step puts a token: of each publisher of a topic, of the goals of an action, of
+    requests without a wait.
+    """
     call: Callable[[sym.CallbackPage, Step, float | None], Call]
+    """Creates the client of a call for a page, with its arguments: page, step, seconds until it gives up."""
     calls: tuple[Step, ...]
+    """The calls that the node can make."""
     waits: Mapping[Step, pn.Place] = field(default_factory=dict)
+    """Places from which a step takes a token: of messages and results that other callbacks have taken."""
     variables: Mapping[str, Mapping[str, pn.Place]] = field(default_factory=dict)
+    """A place for each value of each variable; one of them has a token."""
 
     def steps(self) -> tuple[Step, ...]:
         """Return the steps that a callback may take, any number of times."""

@@ -20,30 +20,19 @@ from dineros.observation.systems import ObservedSystem
 
 @dataclass(frozen=True)
 class Imported:
-    """The result of an import.
-
-    Attributes
-    ----------
-    model : sym.SystemModel
-        The model.
-    assumed : tuple of Assumed
-        Assumptions about facts that the source does not have.
-    unseen : tuple of str
-        Names of invented nodes: they represent unknown nodes at the other end of a channel.
-    left_out : tuple of str
-        What was observed and cannot be modelled, a line each.
-    recorded : tuple of str
-        Recorded topics and services without given facts: their nodes are unknown.
-    unused : tuple of str
-        Names of nodes, topics and services that something is given of, and that were not seen.
-    """
+    """The result of an import."""
 
     model: sym.SystemModel
     assumed: tuple[Assumed, ...]
+    """Assumptions about facts that the source does not have."""
     unseen: tuple[str, ...]
+    """Names of invented nodes: they represent unknown nodes at the other end of a channel."""
     left_out: tuple[str, ...]
+    """What was observed and cannot be modelled, a line each."""
     recorded: tuple[str, ...]
+    """Recorded topics and services without given facts: their nodes are unknown."""
     unused: tuple[str, ...]
+    """Names of nodes, topics and services that something is given of, and that were not seen."""
 
 
 def to_model(

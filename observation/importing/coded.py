@@ -23,34 +23,24 @@ from dineros.sources.libraries.requested import waits_in_transition, with_reques
 
 @dataclass(frozen=True)
 class Coded:
-    """A system described by code.
-
-    Attributes
-    ----------
-    system : ObservedSystem
-        Its nodes and their ports.
-    given : Given
-        Behaviour, groups and threads from the code.
-    taken : tuple of str
-        Assumptions about facts that the code does not determine, a line each.
-    apart : ObservedSystem
-        The nodes before those that share an executor are joined.
-    lacks : tuple of str
-        What the model lacks, a line each: what could not be read, ports and nodes that are left out, waits
-        that are not modelled. Proofs about the model may not hold for the code.
-    programs : mapping of str to str
-        The program of each node.
-    modelled : frozenset of Effect
-        Waits of loops that the model has by variables: findings about them come from the model.
-    """
+    """A system described by code."""
 
     system: ObservedSystem
+    """Its nodes and their ports."""
     given: Given
+    """Behaviour, groups and threads from the code."""
     taken: tuple[str, ...]
+    """Assumptions about facts that the code does not determine, a line each."""
     apart: ObservedSystem
+    """The nodes before those that share an executor are joined."""
     lacks: tuple[str, ...] = ()
+    """What the model lacks, a line each: what could not be read, ports and nodes that are left out, waits
+    that are not modelled. Proofs about the model may not hold for the code.
+    """
     programs: Mapping[str, str] = field(default_factory=dict)
+    """The program of each node."""
     modelled: frozenset[Effect] = frozenset()
+    """Waits of loops that the model has by variables: findings about them come from the model."""
 
     def with_people(self, said: Given) -> Given:
         """Return the facts of the code, overridden by facts that users give."""

@@ -65,56 +65,39 @@ ORDERS = ("any", "rclcpp", "rclpy")
 
 @dataclass(frozen=True)
 class GivenCallback:
-    """The facts given for a callback; None: not given.
-
-    Attributes
-    ----------
-    does : tuple of Step or None
-        Its steps, in order.
-    group : str or None
-        Its callback group; of a service that the node calls, the group of its client.
-    awaits : bool
-        Whether it releases its thread while it waits for responses.
-    at : str
-        The line of the code where it begins.
-    takes : Span or None
-        Least and greatest seconds of one run, without waits.
-    offset : Span or None
-        Of a timer: when it strikes first.
-    jitter : float or None
-        Of a timer: how many seconds late a single strike may be.
-    measured : str
-        Where these times come from.
-    flow : Flow or None
-        Its steps in branches, if it depends on variables or responses, or gives one; of an action client, its
-        handling of results.
-    accepted, rejected : Flow or None
-        Of an action client: its handling of accepted and rejected goals.
-    received : Received or None
-        Its steps in branches, if it depends on a field of the message that it receives.
-    has_open_group : bool
-        Whether the code does not say its group, so that the default group is assumed.
-    overlaps : int or None
-        Of a timer or a subscription: how many of its runs the model has at once at most.
-    outstanding : int or None
-        Of an action client: how many goals the program has under way at most.
-    """
+    """The facts given for a callback; None: not given."""
 
     does: tuple[Step, ...] | None = None
+    """Its steps, in order."""
     group: str | None = None
+    """Its callback group; of a service that the node calls, the group of its client."""
     awaits: bool = False
+    """Whether it releases its thread while it waits for responses."""
     at: str = field(default="", compare=False)
+    """The line of the code where it begins."""
     takes: Span | None = None
+    """Least and greatest seconds of one run, without waits."""
     jitter: float | None = None
+    """Of a timer: how many seconds late a single strike may be."""
     measured: str = ""
+    """Where these times come from."""
     offset: Span | None = None
+    """Of a timer: when it strikes first."""
     flow: Flow | None = None
+    """Its steps in branches, if it depends on variables or responses, or gives one; of an action client, its
+    handling of results.
+    """
     accepted: Flow | None = None
     rejected: Flow | None = None
+    """`accepted`, `rejected`: of an action client: its handling of accepted and rejected goals."""
     received: Received | None = None
+    """Its steps in branches, if it depends on a field of the message that it receives."""
     has_open_group: bool = field(default=False, compare=False)
+    """Whether the code does not say its group, so that the default group is assumed."""
     overlaps: int | None = None
+    """Of a timer or a subscription: how many of its runs the model has at once at most."""
     outstanding: int | None = None
+    """Of an action client: how many goals the program has under way at most."""
 
     @property
     def may_wait(self) -> bool:
@@ -126,43 +109,21 @@ class GivenCallback:
 
 @dataclass(frozen=True)
 class OpenThreads:
-    """What the code states about the threads of an executor, without their number.
-
-    Attributes
-    ----------
-    at : str
-        The line of the node.
-    words : str
-        What the code says.
-    least : int
-        The least possible number.
-    may_be_shared : bool
-        Whether other nodes may use the same threads: the code does not say which executor it is.
-    """
+    """What the code states about the threads of an executor, without their number."""
 
     at: str
+    """The line of the node."""
     words: str
+    """What the code says."""
     least: int = 1
+    """The least possible number."""
     may_be_shared: bool = False
+    """Whether other nodes may use the same threads: the code does not say which executor it is."""
 
 
 @dataclass(frozen=True)
 class GivenNode:
-    """The facts given for a node; None, or absent: not given.
-
-    Attributes
-    ----------
-    is_shared : bool
-        Whether it represents several nodes that share an executor.
-    open_timers : frozenset of str
-        Timers with an unknown period: they may tick at any time.
-    variables : mapping of str to GivenVariable
-        Attributes that flows of its callbacks set and test.
-    answers_hold_groups : bool
-        Whether callbacks of responses, results and feedback hold the group of their client (`rclcpp`).
-    open_threads : OpenThreads or None
-        What the code states about its threads without their number; then that number is assumed.
-    """
+    """The facts given for a node; None, or absent: not given."""
 
     threads: int | None = None
     groups: Mapping[str, str] = field(default_factory=dict)
@@ -173,11 +134,16 @@ class GivenNode:
     newest: Mapping[str, bool] = field(default_factory=dict)
     at: str = field(default="", compare=False)
     is_shared: bool = field(default=False, compare=False)
+    """Whether it represents several nodes that share an executor."""
     order: str | None = None
     open_timers: frozenset[str] = frozenset()
+    """Timers with an unknown period: they may tick at any time."""
     variables: Mapping[str, GivenVariable] = field(default_factory=dict)
+    """Attributes that flows of its callbacks set and test."""
     answers_hold_groups: bool = field(default=False, compare=False)
+    """Whether callbacks of responses, results and feedback hold the group of their client (`rclcpp`)."""
     open_threads: OpenThreads | None = field(default=None, compare=False)
+    """What the code states about its threads without their number; then that number is assumed."""
 
     def callback(self, name: str) -> GivenCallback:
         """Return the facts given for a callback; empty ones if there are none."""

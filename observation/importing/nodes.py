@@ -24,8 +24,6 @@ class NodeBuilder(Abilities):
 
     Parameters
     ----------
-    node : ObservedNode
-        The observed node.
     given : Given
         The facts given for all nodes.
     channels : Channels

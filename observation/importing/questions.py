@@ -16,8 +16,6 @@ def to_be_given(imported: Imported, system: ObservedSystem, model: Path) -> str:
     ----------
     imported : Imported
         The import with its assumptions.
-    system : ObservedSystem
-        The observed system.
     model : Path
         The file of the model.
     """

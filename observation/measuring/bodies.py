@@ -12,28 +12,18 @@ from dineros.metamodel.elements import channels, node_net_of, pages
 
 @dataclass(frozen=True)
 class MeasuredCallback:
-    """A callback page: ids of its transitions by which it ends, and of those by which its timer begins it.
-
-    Attributes
-    ----------
-    id : str
-        Its id.
-    begins : frozenset of str
-        Transitions that start it by a timer with a period.
-    ends : frozenset of str
-        Transitions that end it.
-    period, jitter : float
-        Of its timer, in seconds; no period: 0.
-    begins_at_once : bool
-        Whether nothing but its timer and a free thread is needed for it to begin.
-    """
+    """A callback page: ids of its transitions by which it ends, and of those by which its timer begins it."""
 
     id: str
     begins: frozenset[str]
+    """Transitions that start it by a timer with a period."""
     ends: frozenset[str]
+    """Transitions that end it."""
     period: float
     jitter: float
+    """`period`, `jitter`: of its timer, in seconds; no period: 0."""
     begins_at_once: bool
+    """Whether nothing but its timer and a free thread is needed for it to begin."""
 
 
 class Bodies:

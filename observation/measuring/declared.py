@@ -36,32 +36,21 @@ class Declaration(NamedTuple):
 
 @dataclass
 class Breach:
-    """A declared time that a run violates.
-
-    Attributes
-    ----------
-    part : Part
-        The element of the time.
-    bound : {"least", "most"}
-        Which bound is broken.
-    declared : Declaration
-        The declaration.
-    seconds, at : float
-        The time that is farthest from it, and when it was over, from the start of the run.
-    record : Record
-        Where it is recorded.
-    count, of : int
-        How many times break the bound, of how many that were measured.
-    """
+    """A declared time that a run violates."""
 
     part: Part
+    """The element of the time."""
     bound: Literal["least", "most"]
+    """Which bound is broken."""
     declared: Declaration
     seconds: float
     at: float
+    """`seconds`, `at`: the time that is farthest from it, and when it was over, from the start of the run."""
     record: Record
+    """Where it is recorded."""
     count: int = 1
     of: int = 1
+    """`count`, `of`: how many times break the bound, of how many that were measured."""
 
     @property
     def rule(self) -> str:
@@ -148,12 +137,7 @@ class Comparison:
 
     The periods of timers count only if the model has times, as in questions with time.
 
-    Parameters
-    ----------
-    model : sym.SystemModel
-        The model.
-    allowance : float
-        Seconds by which a time may pass its bound.
+    `allowance`: seconds by which a time may pass its bound.
 
     Attributes
     ----------

@@ -32,29 +32,21 @@ Times = Literal["duration", "period", "latency"]
 
 @dataclass(frozen=True)
 class TimeProposal:
-    """A measurement of an element, and the proposed time.
-
-    Attributes
-    ----------
-    feature : {"duration", "period", "latency"}
-        The proposed feature.
-    element, name : str
-        Its id, or the node and the callback of an imported model; and its name in messages.
-    summary : Summary
-        The measurement.
-    source : str
-        The name of the recording.
-    period, jitter : float
-        Of a timer: the period that it has, and the greatest deviation from it.
-    """
+    """A measurement of an element, and the proposed time."""
 
     feature: Times
+    """The proposed feature: ``duration``, ``period``, ``latency``."""
     element: str
     name: str
+    """`element`, `name`: its id, or the node and the callback of an imported model; and its name in messages.
+    """
     summary: Summary
+    """The measurement."""
     source: str
+    """The name of the recording."""
     period: float = 0.0
     jitter: float = 0.0
+    """`period`, `jitter`: of a timer: the period that it has, and the greatest deviation from it."""
 
     @property
     def confidence(self) -> float:

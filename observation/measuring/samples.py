@@ -20,19 +20,17 @@ class Summary:
 
     Attributes
     ----------
-    count : int
-        The size of the sample.
     least, greatest : float
         The extremes that were observed.
-    median, q95, q99 : float
-        Quantiles: the least observed time that this percentage does not exceed.
     """
 
     count: int
+    """The size of the sample."""
     least: float
     median: float
     q95: float
     q99: float
+    """`median`, `q95`, `q99`: quantiles: the least observed time that this percentage does not exceed."""
     greatest: float
 
     def __str__(self) -> str:

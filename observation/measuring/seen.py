@@ -13,46 +13,32 @@ Feature = Literal["duration", "period", "latency"]
 
 @dataclass(frozen=True)
 class Part:
-    """The element of a time.
-
-    Attributes
-    ----------
-    feature : Feature
-        What was measured.
-    element : str
-        Id of the element: a callback, a transition, or the channel of a message.
-    writer, reader : str
-        Of a message: the places of its publisher and reader; of a call: the client, and ``request`` or
-        ``reply``.
-    """
+    """The element of a time."""
 
     feature: Feature
+    """What was measured."""
     element: str
+    """Id of the element: a callback, a transition, or the channel of a message."""
     writer: str = ""
     reader: str = ""
+    """`writer`, `reader`: of a message: the places of its publisher and reader; of a call: the client, and
+    ``request`` or ``reply``.
+    """
 
 
 @dataclass(frozen=True)
 class Seen:
-    """One time, in seconds.
-
-    Attributes
-    ----------
-    part : Part
-        Its element.
-    least, most : float
-        Bounds of the true time. They differ if the length of a wait is unknown.
-    at : float
-        When it ended, by the clock of the recording.
-    record : Record
-        The record that ended it.
-    """
+    """One time, in seconds."""
 
     part: Part
+    """Its element."""
     least: float
     most: float
+    """`least`, `most`: bounds of the true time. They differ if the length of a wait is unknown."""
     at: float
+    """When it ended, by the clock of the recording."""
     record: Record
+    """The record that ended it."""
 
     @property
     def is_certain(self) -> bool:

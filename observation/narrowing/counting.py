@@ -51,20 +51,14 @@ class Following:
     """Counts how messages of one topic follow those of another.
 
     A message is matched to the latest one before it, if that one is not matched yet.
-
-    Attributes
-    ----------
-    triggers : int
-        Messages that may be followed.
-    followed : int
-        Those that are.
-    delays : Delays
-        How soon.
     """
 
     triggers: int = 0
+    """Messages that may be followed."""
     followed: int = 0
+    """Those that are."""
     delays: Delays = field(default_factory=Delays)
+    """How soon."""
     _last: int | None = None
     _first: int = 0
     _latest: int = 0

@@ -23,31 +23,23 @@ Messages = Callable[[], Iterable[tuple[str, int]]]
 
 @dataclass(frozen=True)
 class Narrowed:
-    """The result of narrowing.
-
-    Attributes
-    ----------
-    imported : Imported
-        The model.
-    given : Given
-        The facts given before and by the proposals.
-    accepted : tuple of Proposal
-        Proposals that hold in the model, some of them weakened from `always` to `sometimes`.
-    dropped : tuple of Proposal
-        What was accepted, and taken back: with it no run would show the recording.
-    verdict : RecordingVerdict
-        That the model explains the recording; unknown if it could not be decided.
-    times, unheld : tuple of TimeProposal
-        Accepted times that callbacks of the model have, and those of callbacks that it does not have.
-    """
+    """The result of narrowing."""
 
     imported: Imported
+    """The model."""
     given: Given
+    """The facts given before and by the proposals."""
     accepted: tuple[Proposal, ...]
+    """Proposals that hold in the model, some of them weakened from `always` to `sometimes`."""
     dropped: tuple[Proposal, ...]
+    """What was accepted, and taken back: with it no run would show the recording."""
     verdict: RecordingVerdict
+    """That the model explains the recording; unknown if it could not be decided."""
     times: tuple[TimeProposal, ...] = ()
     unheld: tuple[TimeProposal, ...] = ()
+    """`times`, `unheld`: accepted times that callbacks of the model have, and those of callbacks that it does
+    not have.
+    """
 
 
 def narrowed(

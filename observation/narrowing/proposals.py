@@ -42,61 +42,50 @@ Verbs = Mapping[tuple[str, str], Verb]
 
 @dataclass(frozen=True)
 class Proposal:
-    """The proposal that a callback leads to messages on a topic, or to calls of a service.
-
-    Attributes
-    ----------
-    node : str
-        Full name of the node.
-    callback : str
-        Topic of the subscription, or name of the service; of a timer, the topic or service to which it leads.
-    topic : str
-        The topic or service that it uses.
-    kind : {"always", "sometimes", "never", "timer"}
-        Whether a message follows each that the callback takes, some, or none; or a timer publishes.
-    triggers, followed : int
-        Messages that the callback took, and those followed by one on the topic; of a timer, times between
-        two messages, and all of them.
-    messages, explained : int
-        Messages on the topic, and those that follow what is proposed for it.
-    least, mean, most : float
-        Seconds between a message and its follower, or between two messages of a timer.
-    confidence : float
-        Between 0 and 1: the expected share of cases in which it will hold.
-    verb : {"publish", "call", "send"}
-        Its action: publish, call and wait for the response, or send a request and continue.
-    trigger : str
-        The topic, or the event of a service, that begins the callback; of a timer, nothing.
-    source : {"times", "tracing"}
-        The evidence: order of messages in time, or tracing files. Of these, `triggers` and
-        `followed` count runs of the callback, times are from its beginning to the first message, and
-        `explained` are the messages of this callback alone.
-    period : float
-        Of the callback of a timer in tracing files: seconds; otherwise 0.
-    repeats : int
-        The most messages of one run.
-    gaps : Samples or None
-        Of a timer: the times between messages, in seconds.
-    """
+    """The proposal that a callback leads to messages on a topic, or to calls of a service."""
 
     node: str
+    """Full name of the node."""
     callback: str
+    """Topic of the subscription, or name of the service; of a timer, the topic or service to which it leads.
+    """
     topic: str
+    """The topic or service that it uses."""
     kind: Kind
+    """Whether a message follows each that the callback takes, some, or none; or a timer publishes:
+    ``always``, ``sometimes``, ``never``, ``timer``.
+    """
     triggers: int
     followed: int
+    """`triggers`, `followed`: messages that the callback took, and those followed by one on the topic; of a
+    timer, times between two messages, and all of them.
+    """
     messages: int
     explained: int
+    """`messages`, `explained`: messages on the topic, and those that follow what is proposed for it."""
     least: float
     mean: float
     most: float
+    """`least`, `mean`, `most`: seconds between a message and its follower, or between two messages of a
+    timer.
+    """
     confidence: float
+    """Between 0 and 1: the expected share of cases in which it will hold."""
     verb: Verb = "publish"
+    """Its action: publish, call and wait for the response, or send a request and continue."""
     trigger: str = ""
+    """The topic, or the event of a service, that begins the callback; of a timer, nothing."""
     source: Source = "times"
+    """The evidence: order of messages in time, or tracing files. Of these, `triggers` and `followed` count
+    runs of the callback, times are from its beginning to the first message, and `explained` are the messages
+    of this callback alone.
+    """
     period: float = 0.0
+    """Of the callback of a timer in tracing files: seconds; otherwise 0."""
     repeats: int = 1
+    """The most messages of one run."""
     gaps: Samples | None = field(default=None, compare=False, repr=False)
+    """Of a timer: the times between messages, in seconds."""
 
     def to_dict(self) -> dict[str, Any]:
         """Return it for JSON."""

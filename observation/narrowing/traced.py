@@ -21,64 +21,43 @@ _MOST_OTHERS = 10
 
 @dataclass
 class Lead:
-    """The messages that runs of a callback published on a topic of its node.
-
-    Attributes
-    ----------
-    followed : int
-        Runs that published on it.
-    open : int
-        Those of them that had not ended at the end of the trace.
-    messages, most : int
-        Messages, and the most of them in one run.
-    delays : Delays
-        From the beginning of a run to the first message.
-    """
+    """The messages that runs of a callback published on a topic of its node."""
 
     followed: int = 0
+    """Runs that published on it."""
     open: int = 0
+    """Those of them that had not ended at the end of the trace."""
     messages: int = 0
     most: int = 0
+    """`messages`, `most`: messages, and the most of them in one run."""
     delays: Delays = field(default_factory=Delays)
+    """From the beginning of a run to the first message."""
 
 
 @dataclass
 class Traced:
-    """Counts of tracing files for a system; their size does not depend on the length of the files.
-
-    Attributes
-    ----------
-    nodes : set of str
-        Nodes of the system that published, or ran a callback.
-    others : set of str
-        Some nodes that the system does not have.
-    messages : Counter
-        By node and topic.
-    runs : Counter of Callback
-        Of the callbacks that the system has.
-    leads : dict
-        By callback and topic.
-    uncertain : Uncertain
-        What the files do not tell.
-    discarded, odd : int
-        As in `Tracing`.
-    took : dict of Callback to Samples
-        Seconds that runs of a callback took.
-    gaps : dict of Callback to Samples
-        Of a timer: seconds between two beginnings of its callback that did not wait for its thread.
-    """
+    """Counts of tracing files for a system; their size does not depend on the length of the files."""
 
     system: ObservedSystem
     nodes: set[str] = field(default_factory=set)
+    """Nodes of the system that published, or ran a callback."""
     others: set[str] = field(default_factory=set)
+    """Some nodes that the system does not have."""
     messages: Counter[tuple[str, str]] = field(default_factory=Counter)
+    """By node and topic."""
     runs: Counter[Callback] = field(default_factory=Counter)
+    """Of the callbacks that the system has."""
     leads: defaultdict[tuple[Callback, str], Lead] = field(default_factory=lambda: defaultdict(Lead))
+    """By callback and topic."""
     uncertain: Uncertain = field(default_factory=Uncertain)
+    """What the files do not tell."""
     discarded: int = 0
     odd: int = 0
+    """`discarded`, `odd`: as in `Tracing`."""
     took: defaultdict[Callback, Samples] = field(default_factory=lambda: defaultdict(Samples))
+    """Seconds that runs of a callback took."""
     gaps: defaultdict[Callback, Samples] = field(default_factory=lambda: defaultdict(Samples))
+    """Of a timer: seconds between two beginnings of its callback that did not wait for its thread."""
     _last: dict[Callback, Run] = field(default_factory=dict)
 
     def note(self, run: Run) -> None:

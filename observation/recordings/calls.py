@@ -56,21 +56,14 @@ class Event(NamedTuple):
 
 
 class Untaken(NamedTuple):
-    """Responses that a server sent and that no client took.
-
-    Attributes
-    ----------
-    service : str
-        Its name.
-    responses : int
-        How many.
-    seconds : float
-        From the first of them to the end of the recording.
-    """
+    """Responses that a server sent and that no client took."""
 
     service: str
+    """Its name."""
     responses: int
+    """How many."""
     seconds: float
+    """From the first of them to the end of the recording."""
 
     def __str__(self) -> str:
         responses = counted(self.responses, "response")
@@ -80,22 +73,16 @@ class Untaken(NamedTuple):
 
 @dataclass
 class Calls:
-    """The events of the two ends of a service.
-
-    Attributes
-    ----------
-    events : Counter of str
-        The number of each event.
-    clients : dict of str to set of bytes
-        By event: the clients of the calls. The two ends use different numbers for a client.
-    answers : dict of str to tuple of float
-        Of the server (`RESPONSE_SENT`) and of clients (`RESPONSE_RECEIVED`), as far as they tell: how many
-        answers, and the seconds until the soonest and the latest one.
-    """
+    """The events of the two ends of a service."""
 
     events: Counter[str] = field(default_factory=Counter)
+    """The number of each event."""
     clients: defaultdict[str, set[bytes]] = field(default_factory=lambda: defaultdict(set))
+    """By event: the clients of the calls. The two ends use different numbers for a client."""
     answers: dict[str, tuple[int, float, float]] = field(default_factory=dict)
+    """Of the server (`RESPONSE_SENT`) and of clients (`RESPONSE_RECEIVED`), as far as they tell: how many
+    answers, and the seconds until the soonest and the latest one.
+    """
     _open: dict[tuple[str, bytes, int], int] = field(default_factory=dict)
     _sent: dict[int, list[int]] = field(default_factory=dict)
     _taken: Counter[int] = field(default_factory=Counter)
@@ -158,10 +145,7 @@ class Calls:
 class Observed:
     """The messages of a recording, including the events of services.
 
-    Parameters
-    ----------
-    recording : Recording
-        An open recording; its events of calls are read once at the start.
+    `recording`: an open recording; its events of calls are read once at the start.
 
     Attributes
     ----------

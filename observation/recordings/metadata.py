@@ -25,47 +25,31 @@ _HEAD = "rosbag2_bagfile_information"
 
 @dataclass(frozen=True)
 class ToldTopic:
-    """A topic of the file.
-
-    Attributes
-    ----------
-    name, type : str
-        As written in the file.
-    count : int
-        The number of recorded messages.
-    offered : list of Qos
-        Qualities of service of its publishers; users edit them for playback.
-    """
+    """A topic of the file."""
 
     name: str
     type: str
+    """`name`, `type`: as written in the file."""
     count: int
+    """The number of recorded messages."""
     offered: list[Qos]
+    """Qualities of service of its publishers; users edit them for playback."""
 
 
 @dataclass(frozen=True)
 class Metadata:
-    """The content of the file.
-
-    Attributes
-    ----------
-    storage : {"mcap", "sqlite3"}
-        The format of the files.
-    files : tuple of str
-        Their names, without folders.
-    packed : {"", "file", "message"}
-        Use of zstd: none, whole files, or each message.
-    count : int
-        The number of recorded messages.
-    topics : tuple of ToldTopic
-        In the order of the file.
-    """
+    """The content of the file."""
 
     storage: str
+    """The format of the files: ``mcap``, ``sqlite3``."""
     files: tuple[str, ...]
+    """Their names, without folders."""
     packed: str
+    """Use of zstd: none, whole files, or each message."""
     count: int
+    """The number of recorded messages."""
     topics: tuple[ToldTopic, ...]
+    """In the order of the file."""
 
 
 def read_metadata(folder: Path) -> Metadata:

@@ -54,21 +54,14 @@ _REINDEX = "`ros2 bag reindex` or `mcap recover` may restore the intact part"
 
 
 class RecordedMessage(NamedTuple):
-    """A message of a recording. rosbag2 does not store its publisher.
-
-    Attributes
-    ----------
-    topic : str
-        Full name of the topic.
-    time : int
-        When the recorder received it, in nanoseconds.
-    data : bytes
-        The message as it was sent (CDR).
-    """
+    """A message of a recording. rosbag2 does not store its publisher."""
 
     topic: str
+    """Full name of the topic."""
     time: int
+    """When the recorder received it, in nanoseconds."""
     data: bytes
+    """The message as it was sent (CDR)."""
 
 
 @dataclass
@@ -89,10 +82,7 @@ class _RecordedTopic:
 class Recording:
     """A recording of rosbag2, to be used in a ``with`` block.
 
-    Parameters
-    ----------
-    path : Path
-        The folder with ``metadata.yaml``, in which links are not followed, or one file of MCAP or SQLite.
+    `path`: the folder with ``metadata.yaml``, in which links are not followed, or one file of MCAP or SQLite.
 
     Attributes
     ----------
@@ -171,10 +161,7 @@ class Recording:
     def messages(self, topics: Collection[str] | None = None) -> Iterator[RecordedMessage]:
         """Yield the messages in order of their times.
 
-        Parameters
-        ----------
-        topics : collection of str, optional
-            Names of those to yield; None: all.
+        `topics`: names of those to yield; None: all.
 
         Raises
         ------

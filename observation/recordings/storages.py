@@ -45,12 +45,7 @@ _OF_CHUNK = struct.Struct("<QQQ")
 def opened(file: StoredFile, kind: str) -> Storage:
     """Open a file that holds messages; the caller closes it.
 
-    Parameters
-    ----------
-    file : StoredFile
-        The file.
-    kind : {"mcap", "sqlite3"}
-        Its format.
+    `kind`: its format: ``mcap``, ``sqlite3``.
 
     Raises
     ------

@@ -33,24 +33,16 @@ Effect = tuple[str, str]
 
 
 class Callback(NamedTuple):
-    """A callback of a node.
-
-    Attributes
-    ----------
-    node : str
-        Full name of the node.
-    kind : {"subscription", "service", "timer"}
-        Its kind of trigger.
-    name : str
-        Full name of the topic or service; of a timer, the signature of its function.
-    period : int
-        Of a timer, in nanoseconds.
-    """
+    """A callback of a node."""
 
     node: str
+    """Full name of the node."""
     kind: Kind
+    """Its kind of trigger: ``subscription``, ``service``, ``timer``."""
     name: str
+    """Full name of the topic or service; of a timer, the signature of its function."""
     period: int = 0
+    """Of a timer, in nanoseconds."""
 
 
 class Publication(NamedTuple):
@@ -71,46 +63,30 @@ class Sent:
 
 @dataclass(frozen=True)
 class Run:
-    """A run of a callback.
-
-    Attributes
-    ----------
-    callback : Callback
-        Which.
-    published : dict of (str, str) to Sent
-        Its messages: by node, which may be another one, and topic.
-    ended : bool
-        Whether it ended before the trace did, if known.
-    began : int
-        When it began, in nanoseconds.
-    took : int or None
-        Nanoseconds from its beginning to its end; None if the trace does not tell its end.
-    waited : bool
-        Whether its thread ran another callback until then, for which it may have waited.
-    """
+    """A run of a callback."""
 
     callback: Callback
+    """Which."""
     published: dict[Effect, Sent]
+    """Its messages: by node, which may be another one, and topic."""
     ended: bool = True
+    """Whether it ended before the trace did, if known."""
     began: int = 0
+    """When it began, in nanoseconds."""
     took: int | None = None
+    """Nanoseconds from its beginning to its end; None if the trace does not tell its end."""
     waited: bool = False
+    """Whether its thread ran another callback until then, for which it may have waited."""
 
 
 @dataclass
 class Uncertain:
-    """Counts of data that a trace does not attribute.
-
-    Attributes
-    ----------
-    callbacks : int
-        Runs of callbacks with an unknown node: the trace was started after the node.
-    messages : int
-        Messages of publishers with an unknown node.
-    """
+    """Counts of data that a trace does not attribute."""
 
     callbacks: int = 0
+    """Runs of callbacks with an unknown node: the trace was started after the node."""
     messages: int = 0
+    """Messages of publishers with an unknown node."""
 
 
 @dataclass

@@ -56,25 +56,17 @@ _VALUE = re.compile(
 
 
 class TracedEvent(NamedTuple):
-    """An event of ROS 2.
-
-    Attributes
-    ----------
-    time : int
-        In nanoseconds since an unknown origin; never less than the one before.
-    process, thread : str
-        Host and numbers. Addresses in an event are valid in its process.
-    name : str
-        One of `FIELDS`.
-    fields : tuple of str
-        Their values: numbers as they are written, strings without quotation marks.
-    """
+    """An event of ROS 2."""
 
     time: int
+    """In nanoseconds since an unknown origin; never less than the one before."""
     process: str
     thread: str
+    """`process`, `thread`: host and numbers. Addresses in an event are valid in its process."""
     name: str
+    """One of `FIELDS`."""
     fields: tuple[str, ...]
+    """Their values: numbers as they are written, strings without quotation marks."""
 
 
 class Tracing:

@@ -43,33 +43,23 @@ class Routine:
 
 @dataclass(eq=False)
 class ClassInfo:
-    """A class or struct.
-
-    Attributes
-    ----------
-    name, space : str
-        Its name, and the namespaces and classes around it.
-    bases : list of Node
-        Names of its base classes, as nodes.
-    methods : dict
-        Routines by name.
-    fields : dict
-        Type and default by name.
-    pointers : set of str
-        Members that only point at an object, or refer to one.
-    defaults : dict
-        Parameters of declarations, by name of the method.
-    """
+    """A class or struct."""
 
     name: str
     space: str
+    """`name`, `space`: its name, and the namespaces and classes around it."""
     path: str
     node: Node
     bases: list[Node] = field(default_factory=list)
+    """Names of its base classes, as nodes."""
     methods: dict[str, list[Routine]] = field(default_factory=dict)
+    """Routines by name."""
     fields: dict[str, tuple[Node | None, Node | None]] = field(default_factory=dict)
+    """Type and default by name."""
     pointers: set[str] = field(default_factory=set)
+    """Members that only point at an object, or refer to one."""
     defaults: dict[str, list[list[Parameter]]] = field(default_factory=dict)
+    """Parameters of declarations, by name of the method."""
     templates: list[str] = field(default_factory=list)
 
     @property
@@ -90,19 +80,14 @@ _AROUND = {
 
 @dataclass(eq=False)
 class Asked:
-    """The look-ups in an index.
-
-    Attributes
-    ----------
-    names : set of (str, str)
-        Last parts of names, each with the table: ``classes``, ``functions``, ``aliases``, ``constants``,
-        ``variables``; and paths of files whose ``includes`` decided.
-    interfaces : dict
-        What `find_interface` returned, by name and path.
-    """
+    """The look-ups in an index."""
 
     names: set[tuple[str, str]] = field(default_factory=set)
+    """Last parts of names, each with the table: ``classes``, ``functions``, ``aliases``, ``constants``,
+    ``variables``; and paths of files whose ``includes`` decided.
+    """
     interfaces: dict[tuple[str, str], str | None] = field(default_factory=dict)
+    """What `find_interface` returned, by name and path."""
 
 
 class Index:

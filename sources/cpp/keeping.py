@@ -23,24 +23,16 @@ from dineros.sources.keeping.store import NOT_READABLE, Store, digest_of, reader
 
 @dataclass(eq=False)
 class Followed:
-    """The result of following a program.
-
-    Attributes
-    ----------
-    nodes : list of NodeFact
-        The nodes that it creates.
-    unread : list of str
-        Parts that could not be read, a line each.
-    reached : Reached
-        What it reached.
-    steps : int
-        How many expressions and statements were followed.
-    """
+    """The result of following a program."""
 
     nodes: list[NodeFact]
+    """The nodes that it creates."""
     unread: list[str] = field(default_factory=list)
+    """Parts that could not be read, a line each."""
     reached: Reached = field(default_factory=Reached)
+    """What it reached."""
     steps: int = 0
+    """How many expressions and statements were followed."""
 
 
 class Keeper:

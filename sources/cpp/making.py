@@ -74,10 +74,7 @@ _OF_CONTROLLERS = {
 class Maker:
     """Creates nodes and entities.
 
-    Parameters
-    ----------
-    machine : Statements
-        The interpreter.
+    `machine`: the interpreter.
     """
 
     def __init__(self, machine: Statements) -> None:

@@ -29,24 +29,16 @@ _BRACKET = re.compile(rb"[()\[\]{}]")
 
 @dataclass(eq=False)
 class Source:
-    """A file in C++.
-
-    Attributes
-    ----------
-    path : str
-        In the folder.
-    root : Node
-        Of its tree.
-    text : bytes
-        The parsed text: macros of visibility are replaced by blanks, those of the folder are expanded.
-    digest : str
-        Hash of the text with its macros expanded.
-    """
+    """A file in C++."""
 
     path: str
+    """In the folder."""
     root: Node
+    """Of its tree."""
     text: bytes
+    """The parsed text: macros of visibility are replaced by blanks, those of the folder are expanded."""
     digest: str
+    """Hash of the text with its macros expanded."""
 
 
 @cache

@@ -55,10 +55,6 @@ class CppPrograms:
 
     Parameters
     ----------
-    folder : SourceFolder
-        The folder.
-    packages : list of Package
-        Its packages.
     idioms : mapping of str to Idiom
         The table of libraries.
     cache : Path, optional

@@ -38,10 +38,7 @@ _LONGEST = 60
 class Waiting:
     """Interprets methods of locks and of signals between threads.
 
-    Parameters
-    ----------
-    machine : Statements
-        The interpreter.
+    `machine`: the interpreter.
     """
 
     def __init__(self, machine: Statements) -> None:

@@ -39,10 +39,7 @@ _WRITABLE_BY_OTHERS = stat.S_IWGRP | stat.S_IWOTH
 class Store:
     """The entries of a cache.
 
-    Parameters
-    ----------
-    folder : Path
-        Their folder; created if missing. A folder that other users may change is not used.
+    `folder`: their folder; created if missing. A folder that other users may change is not used.
     """
 
     def __init__(self, folder: Path) -> None:

@@ -12,38 +12,28 @@ from dineros.sources.language.values import Value
 
 @dataclass(eq=False)
 class Activity:
-    """The code that is being read and gets the effects: main function, constructor, callback or thread.
-
-    Attributes
-    ----------
-    fact : CallbackFact
-        Gets the effects.
-    node : NodeFact or None
-        Whose it is.
-    conditional, loops, disabled : int
-        In how many branches, loops, and branches that are not taken by default.
-    block : list of Item
-        What is done in the innermost branch, in its order.
-    holding : list of (str, Value, bool)
-        The locks that are held: name, lock, and whether a ``with`` certainly holds it.
-    acquired : list of (str, Value, bool)
-        All locks that were acquired, also if they are released again.
-    is_lost : bool
-        Whether the order of what is done could not be followed.
-    written : list of (int, Written)
-        For each branch around the current code: how many there are, and the attributes that it sets.
-    """
+    """The code that is being read and gets the effects: main function, constructor, callback or thread."""
 
     fact: CallbackFact
+    """Gets the effects."""
     node: NodeFact | None = None
+    """Whose it is."""
     conditional: int = 0
     loops: int = 0
     disabled: int = 0
+    """`conditional`, `loops`, `disabled`: in how many branches, loops, and branches that are not taken by
+    default.
+    """
     holding: list[tuple[str, Value, bool]] = field(default_factory=list)
+    """The locks that are held: name, lock, and whether a ``with`` certainly holds it."""
     acquired: list[tuple[str, Value, bool]] = field(default_factory=list)
+    """All locks that were acquired, also if they are released again."""
     block: list[Item] = field(default_factory=list)
+    """What is done in the innermost branch, in its order."""
     is_lost: bool = False
+    """Whether the order of what is done could not be followed."""
     written: list[tuple[int, Written]] = field(default_factory=list)
+    """For each branch around the current code: how many there are, and the attributes that it sets."""
 
     def locks(self) -> tuple[str, ...]:
         """Return the names of the locks that are held."""

@@ -65,8 +65,6 @@ class Conditions(Imports):
 
         Parameters
         ----------
-        test : ast.expr
-            The test.
         frame : Frame
             Its variables.
         before : list of Item

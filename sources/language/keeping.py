@@ -31,8 +31,6 @@ class ProgramKeeper:
         The folder of the entries.
     folder : SourceFolder
         The folder of source code.
-    modules : Modules
-        Its modules.
     context : sequence of str
         Other inputs of all programs: packages and idioms.
     """

@@ -50,18 +50,12 @@ class Module:
 
 @dataclass(eq=False)
 class Noted:
-    """What code used while it ran.
-
-    Attributes
-    ----------
-    asked : set of str
-        Paths of the modules that it asked for.
-    reached : set of (str, int)
-        Path and line of the calls that create entities and that it reached.
-    """
+    """What code used while it ran."""
 
     asked: set[str] = field(default_factory=set)
+    """Paths of the modules that it asked for."""
     reached: set[tuple[str, int]] = field(default_factory=set)
+    """Path and line of the calls that create entities and that it reached."""
 
 
 class Modules:

@@ -24,15 +24,10 @@ class Value:
 
 @dataclass(eq=False)
 class Open(Value):
-    """An unknown value.
-
-    Attributes
-    ----------
-    text : str
-        Its text in the code.
-    """
+    """An unknown value."""
 
     text: str = "?"
+    """Its text in the code."""
 
 
 @dataclass(eq=False)
@@ -60,19 +55,14 @@ class SomeFunction(Open):
 
 @dataclass(eq=False)
 class Const(Value):
-    """A constant.
-
-    Attributes
-    ----------
-    value : object
-        Number, text, truth value, or None.
-    origin : str
-        Empty for a literal. Otherwise its origin, if it may have another value in other runs:
-        ``variable``, ``parameter NAME``, ``environment NAME``, ``option NAME`` (of the command line).
-    """
+    """A constant."""
 
     value: Any
+    """Number, text, truth value, or None."""
     origin: str = ""
+    """Empty for a literal. Otherwise its origin, if it may have another value in other runs: ``variable``,
+    ``parameter NAME``, ``environment NAME``, ``option NAME`` (of the command line).
+    """
 
     @property
     def is_setting(self) -> bool:
@@ -93,25 +83,17 @@ QUEUE = "queue"
 
 @dataclass(eq=False)
 class Items(Value):
-    """A list, tuple, set or queue.
-
-    Attributes
-    ----------
-    items : list of Value
-        As far as known.
-    is_open : bool
-        Whether there may be others, or another order.
-    name : str
-        The variable that holds a queue.
-    is_bounded : bool
-        Whether a queue may be full.
-    """
+    """A list, tuple, set or queue."""
 
     items: list[Value]
+    """As far as known."""
     is_open: bool = False
+    """Whether there may be others, or another order."""
     kind: str = "list"
     name: str = ""
+    """The variable that holds a queue."""
     is_bounded: bool = False
+    """Whether a queue may be full."""
 
 
 @dataclass(eq=False)
@@ -305,16 +287,11 @@ class ModuleValue(Value):
 
 @dataclass(eq=False)
 class Outside(Value):
-    """Something that is not in the folder: module, class, function or constant, by its dotted name.
-
-    Attributes
-    ----------
-    is_star : bool
-        Whether all names of its module are imported, so that another module may have it.
-    """
+    """Something that is not in the folder: module, class, function or constant, by its dotted name."""
 
     path: str
     is_star: bool = False
+    """Whether all names of its module are imported, so that another module may have it."""
 
 
 @dataclass(eq=False)
@@ -371,15 +348,10 @@ class RunningNode(Holder):
 
 @dataclass(eq=False)
 class Future(Value):
-    """The result of an asynchronous call.
-
-    Attributes
-    ----------
-    of : str
-        ``call``, ``goal``, ``result``, ``cancel``, ``task``.
-    """
+    """The result of an asynchronous call."""
 
     of: str
+    """``call``, ``goal``, ``result``, ``cancel``, ``task``."""
     effect: Effect | None = None
     entity: Entity | None = None
 

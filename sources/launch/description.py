@@ -33,51 +33,35 @@ DEEPEST = 12
 
 @dataclass(eq=False)
 class Started:
-    """A node that a launch file starts, or another file that it includes.
-
-    Attributes
-    ----------
-    at : Place
-        Where.
-    package, executable, plugin : str
-        The started program; a plugin is a component.
-    name, namespace : str
-        As given; empty: that of the code.
-    remappings : dict of str to str
-        From names in the code to others.
-    parameters : list
-        Dicts of values, and paths of files, in order.
-    when : str
-        Under which conditions.
-    is_enabled : bool
-        Whether they hold with the values of the arguments.
-    kind : str
-        ``node``, ``lifecycle``, ``container``, ``component`` or ``include``.
-    container : str
-        Of a component: the name of its container.
-    within : Started or None
-        Of a component: its container, if the launch file loads it by this object and not by its name.
-    has_threads : bool
-        Of a container whose components have executors of their own: whether these have several threads.
-    arguments : list of str
-        Of the command line, without those of ROS.
-    """
+    """A node that a launch file starts, or another file that it includes."""
 
     at: Place
+    """Where."""
     package: str = ""
     executable: str = ""
     plugin: str = ""
+    """`package`, `executable`, `plugin`: the started program; a plugin is a component."""
     name: str = ""
     namespace: str = ""
+    """`name`, `namespace`: as given; empty: that of the code."""
     remappings: dict[str, str] = field(default_factory=dict)
+    """From names in the code to others."""
     parameters: list[Any] = field(default_factory=list)
+    """Dicts of values, and paths of files, in order."""
     when: str = ""
+    """Under which conditions."""
     is_enabled: bool = True
+    """Whether they hold with the values of the arguments."""
     kind: str = "node"
+    """``node``, ``lifecycle``, ``container``, ``component`` or ``include``."""
     container: str = ""
+    """Of a component: the name of its container."""
     within: Started | None = None
+    """Of a component: its container, if the launch file loads it by this object and not by its name."""
     has_threads: bool = False
+    """Of a container whose components have executors of their own: whether these have several threads."""
     arguments: list[str] = field(default_factory=list)
+    """Of the command line, without those of ROS."""
     included: str = ""
     file: str = ""
 

@@ -50,16 +50,7 @@ class _LaunchInterpreter(Interpreter):
 class LaunchFiles:
     """Reads launch files of a folder.
 
-    Parameters
-    ----------
-    folder : SourceFolder
-        The folder.
-    packages : list of Package
-        Its packages.
-    modules : Modules
-        Its modules.
-    idioms : mapping of str to Idiom
-        The table of library idioms.
+    `idioms`: the table of library idioms.
     """
 
     def __init__(

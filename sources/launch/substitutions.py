@@ -33,21 +33,14 @@ _MOST_PARTS = 2_000
 
 @dataclass
 class Scope:
-    """The scope of the actions that follow.
-
-    Attributes
-    ----------
-    values : dict of str to Value
-        Of launch arguments and other configurations.
-    remappings : dict of str to str
-        Of all nodes.
-    parameters : dict
-        Of all nodes.
-    """
+    """The scope of the actions that follow."""
 
     values: dict[str, Value] = field(default_factory=dict)
+    """Of launch arguments and other configurations."""
     remappings: dict[str, str] = field(default_factory=dict)
+    """Of all nodes."""
     parameters: dict[str, Any] = field(default_factory=dict)
+    """Of all nodes."""
     when: tuple[str, ...] = ()
     is_enabled: bool = True
     file: str = ""
@@ -90,10 +83,7 @@ class Scope:
 class Substitutions:
     """Turns substitutions into texts.
 
-    Parameters
-    ----------
-    given : mapping of str to str
-        Values of launch arguments.
+    `given`: values of launch arguments.
     """
 
     def __init__(self, given: Mapping[str, str]) -> None:

@@ -20,18 +20,12 @@ class UnreadableError(ValueError):
 
 @dataclass(eq=False)
 class Part:
-    """A value and its line.
-
-    Attributes
-    ----------
-    value : object
-        A scalar, a list of `Part`, or a dict of str to `Part`.
-    line : int
-        Counted from 1.
-    """
+    """A value and its line."""
 
     value: Any
+    """A scalar, a list of `Part`, or a dict of str to `Part`."""
     line: int
+    """Counted from 1."""
 
     def plain(self) -> Any:
         """Return the value without lines."""

@@ -31,10 +31,7 @@ from dineros.sources.libraries.doing import Keys
 class BuiltIns:
     """The functions of Python itself.
 
-    Parameters
-    ----------
-    machine : Machine
-        The interpreter that calls them.
+    `machine`: the interpreter that calls them.
     """
 
     def __init__(self, machine: Machine) -> None:

@@ -71,10 +71,7 @@ def find_variables(machine: Machine, outside: Iterable[Item]) -> None:
 def only_followed(machine: Machine) -> Callable[[Object, str], bool]:
     """Return whether only code that was followed can set an attribute of an object.
 
-    Parameters
-    ----------
-    machine : Machine
-        The interpreter, at the end of the program.
+    `machine`: the interpreter, at the end of the program.
     """
     known = machine.attributes
     modules = [machine.modules.all[path] for path in machine.frames if path in machine.modules.all]
@@ -221,22 +218,16 @@ def _assigned(module: Module) -> _Assigned:
 
 @dataclass(eq=False)
 class _Assigned:
-    """What the code of a module assigns and calls, whether it is followed or not.
-
-    Attributes
-    ----------
-    attributes : list of (str, (int, int) or None, ClassDef or None)
-        Name, line and column of each assignment to an attribute, and the class if it is one of ``self``;
-        without a location: it is deleted, or set by name.
-    functions : dict of str to list of ast.AST
-        The functions of each name.
-    is_wild : bool
-        Whether it may assign any attribute.
-    """
+    """What the code of a module assigns and calls, whether it is followed or not."""
 
     attributes: list[tuple[str, tuple[int, int] | None, ast.ClassDef | None]] = field(default_factory=list)
+    """Name, line and column of each assignment to an attribute, and the class if it is one of ``self``;
+    without a location: it is deleted, or set by name.
+    """
     functions: dict[str, list[ast.AST]] = field(default_factory=dict)
+    """The functions of each name."""
     is_wild: bool = False
+    """Whether it may assign any attribute."""
 
     def read(self, tree: ast.AST, cls: ast.ClassDef | None, own: str) -> None:
         """Read a tree; `own` is the name by which a method calls its object."""

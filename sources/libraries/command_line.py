@@ -35,8 +35,6 @@ def call_parser(
     ----------
     machine : Machine
         The interpreter.
-    parser : Made
-        The parser.
     name : str
         The method.
     args, keys : list of Value, dict of str to Value

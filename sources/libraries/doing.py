@@ -58,10 +58,7 @@ def within(value: Value | None) -> str:
 class Doer:
     """Records effects.
 
-    Parameters
-    ----------
-    maker : Maker
-        Knows the nodes.
+    `maker`: knows the nodes.
     """
 
     def __init__(self, maker: Maker) -> None:

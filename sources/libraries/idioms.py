@@ -24,42 +24,28 @@ MOST_BYTES = 1 << 20
 
 @dataclass(frozen=True)
 class Idiom:
-    """The entities and effects of a class or a function of a library.
-
-    Attributes
-    ----------
-    path : str
-        Dotted name.
-    arguments : tuple of str
-        Names of its arguments, in order.
-    makes : tuple of mappings
-        Entities that it creates on the node; ``{name}`` is the argument of that name.
-    methods : mapping of str to mapping
-        Effects of its methods.
-    node : str or None
-        Name of the node that it is: the class is one.
-    does : mapping
-        What a call of the function does: ``do``, ``what``, ``how``.
-    synchronizes : str or None
-        Argument that has the subscriptions whose messages one callback takes together.
-    quality : mapping
-        Quality of service that a call of the function returns: ``depth``, ``reliability``, ``durability``.
-    managed : bool
-        Whether the node has a lifecycle.
-    others : str
-        What it makes of its own if it gets no node, in words.
-    """
+    """The entities and effects of a class or a function of a library."""
 
     path: str
+    """Dotted name."""
     arguments: tuple[str, ...] = ()
+    """Names of its arguments, in order."""
     makes: tuple[Mapping[str, Any], ...] = ()
+    """Entities that it creates on the node; ``{name}`` is the argument of that name."""
     methods: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    """Effects of its methods."""
     node: str | None = None
+    """Name of the node that it is: the class is one."""
     does: Mapping[str, Any] = field(default_factory=dict)
+    """What a call of the function does: ``do``, ``what``, ``how``."""
     synchronizes: str | None = None
+    """Argument that has the subscriptions whose messages one callback takes together."""
     quality: Mapping[str, Any] = field(default_factory=dict)
+    """Quality of service that a call of the function returns: ``depth``, ``reliability``, ``durability``."""
     managed: bool = False
+    """Whether the node has a lifecycle."""
     others: str = ""
+    """What it makes of its own if it gets no node, in words."""
 
 
 def read_idioms(path: Path) -> dict[str, Idiom]:

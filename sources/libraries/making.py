@@ -44,10 +44,7 @@ CONSTRUCTORS = ("constructor", "main", "thread", "module")
 class Maker:
     """Creates facts of nodes and entities.
 
-    Parameters
-    ----------
-    machine : Machine
-        The interpreter; it has the current position.
+    `machine`: the interpreter; it has the current position.
     """
 
     def __init__(self, machine: Machine) -> None:

@@ -33,11 +33,6 @@ def with_requested(node: NodeFact) -> NodeFact:
     Requests may come from programs that are not in the code, at any time: each such callback that does
     something is that of a timer without period, in the default group. The same holds for guard conditions,
     in their own group.
-
-    Parameters
-    ----------
-    node : NodeFact
-        The node.
     """
     # A controller's transitions run in a callback of its manager.
     is_managed = node.managed and any(word in node.base.lower() for word in ("lifecycle", "managed"))

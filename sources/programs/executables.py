@@ -14,24 +14,16 @@ from dineros.sources.packages import Package
 
 @dataclass(eq=False)
 class Program:
-    """A program that can be started.
-
-    Attributes
-    ----------
-    name : str
-        Of the executable.
-    path : str
-        Its file.
-    function : str or None
-        Of an entry point; None: the script itself.
-    package : str
-        The package to which it belongs.
-    """
+    """A program that can be started."""
 
     name: str
+    """Of the executable."""
     path: str
+    """Its file."""
     function: str | None = None
+    """Of an entry point; None: the script itself."""
     package: str = ""
+    """The package to which it belongs."""
 
     @property
     def full(self) -> str:

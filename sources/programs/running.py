@@ -35,33 +35,20 @@ NO_PROGRAM = "no program"
 
 @dataclass(eq=False)
 class Reading:
-    """The input from a folder.
-
-    Attributes
-    ----------
-    folder : SourceFolder
-        The folder.
-    packages : list of Package
-        Its packages.
-    idioms : mapping of str to Idiom
-        The table of library idioms.
-    given : mapping
-        Values of parameters that launch files give, by programs: ``package/executable``.
-    is_launched : bool
-        Whether these values hold; else only where the code has none.
-    arguments : tuple of str
-        Arguments of the command line that a launch file gives.
-    keeper : ProgramKeeper or None
-        The cache of what programs do.
-    """
+    """The input from a folder."""
 
     folder: SourceFolder
     packages: list[Package]
     idioms: Mapping[str, Idiom]
+    """The table of library idioms."""
     given: dict[str, dict[str, Any]] = field(default_factory=dict)
+    """Values of parameters that launch files give, by programs: ``package/executable``."""
     is_launched: bool = False
+    """Whether these values hold; else only where the code has none."""
     arguments: tuple[str, ...] = ()
+    """Arguments of the command line that a launch file gives."""
     keeper: ProgramKeeper | None = None
+    """The cache of what programs do."""
 
     def nodes(
         self, program: str, path: str, start: str | None, run: Callable[[], list[NodeFact]]

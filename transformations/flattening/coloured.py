@@ -24,21 +24,14 @@ MOST_CELLS = 128
 
 
 class Way(NamedTuple):
-    """One way in which a transition of the net moves tokens with colours.
-
-    Attributes
-    ----------
-    step : Step or None
-        Guard and assignments of the transition of the model.
-    moves : Moves
-        The moved tokens.
-    lost : pn.Place or None
-        The place of the net that loses a message to another message.
-    """
+    """One way in which a transition of the net moves tokens with colours."""
 
     step: Step | None
+    """Guard and assignments of the transition of the model."""
     moves: Moves
+    """The moved tokens."""
     lost: pn.Place | None = None
+    """The place of the net that loses a message to another message."""
 
 
 class Chosen(NamedTuple):
@@ -90,8 +83,6 @@ class ColouredNet:
         ----------
         place : pn.Place
             The place of tokens of all colours.
-        colours : sequence of Colour
-            The colours.
         start : Counter of Colour
             Number of initial tokens of each colour.
         limit : int

@@ -28,22 +28,15 @@ class Arcs(NamedTuple):
 
 
 class Flow(NamedTuple):
-    """One way in which a transition of a rule handles messages.
-
-    Attributes
-    ----------
-    takes, puts : Counter of pn.Place
-        Number of messages that it takes from and puts on each place of the net.
-    copies : mapping of pn.Place to pn.Place
-        For each place that gets a message, the place from which its data comes; others get arbitrary data.
-    lost : pn.Place or None
-        The place whose message is lost to a new one.
-    """
+    """One way in which a transition of a rule handles messages."""
 
     takes: Counter[pn.Place]
     puts: Counter[pn.Place]
+    """`takes`, `puts`: number of messages that it takes from and puts on each place of the net."""
     copies: Mapping[pn.Place, pn.Place]
+    """For each place that gets a message, the place from which its data comes; others get arbitrary data."""
     lost: pn.Place | None = None
+    """The place whose message is lost to a new one."""
 
 
 def _places_of(channel: sym.Channel) -> set[pn.Place]:
@@ -58,8 +51,6 @@ class DataFlow:
 
     Parameters
     ----------
-    model : sym.SystemModel
-        The model.
     links : mapping of model object to Link
         For each element of its net, how it was made.
     originals : mapping of pn.Node to pn.Place

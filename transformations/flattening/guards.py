@@ -48,8 +48,6 @@ def unfold_guards(model: sym.SystemModel, net: pnm.PetriNetModel, trace: Trace) 
 
     Parameters
     ----------
-    model : sym.SystemModel
-        The model.
     net : pnm.PetriNetModel
         Its flattened net; it is changed.
     trace : Trace

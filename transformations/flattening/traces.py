@@ -15,39 +15,26 @@ from dineros.transformations.language.rule import Rule
 
 @dataclass(frozen=True, eq=False)
 class Link:
-    """One element that was made.
-
-    Attributes
-    ----------
-    rule : str
-        Name of the rule; ``kept`` for an element that was taken over unchanged.
-    role : str
-        Name of the element in the rule's right-hand side, such as ``queue.load``.
-    application : int
-        Number of the rule application; links with the same number were made together.
-    sources : tuple of model objects
-        The source elements that the rule matched.
-    index : int or None
-        Number of the server instance, from 1, if there is one.
-    target : pn.Element
-        The element that was made.
-    client_index : int or None
-        For a client on a server page, the number of the server instance whose call it is, from 1.
-    maker : type of Rule or None
-        The rule itself; None for elements that were taken over or copied.
-    values : str
-        For a transition split by guards: the fields of its tokens, as text.
-    """
+    """One element that was made."""
 
     rule: str
+    """Name of the rule; ``kept`` for an element that was taken over unchanged."""
     role: str
+    """Name of the element in the rule's right-hand side, such as ``queue.load``."""
     application: int
+    """Number of the rule application; links with the same number were made together."""
     sources: tuple[EObject, ...]
+    """The source elements that the rule matched."""
     index: int | None
+    """Number of the server instance, from 1, if there is one."""
     target: pn.Element
+    """The element that was made."""
     client_index: int | None = None
+    """For a client on a server page, the number of the server instance whose call it is, from 1."""
     maker: type[Rule] | None = None
+    """The rule itself; None for elements that were taken over or copied."""
     values: str = ""
+    """For a transition split by guards: the fields of its tokens, as text."""
 
     @property
     def meaning(self) -> Meaning | None:
@@ -59,10 +46,7 @@ class Link:
 class Trace:
     """The links of one transformation.
 
-    Parameters
-    ----------
-    links : iterable of Link
-        In the order they were made.
+    `links`: in the order they were made.
     """
 
     def __init__(self, links: Iterable[Link]) -> None:

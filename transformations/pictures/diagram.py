@@ -41,12 +41,7 @@ _DIRECTIONS: dict[type[EObject], dict[str, Literal["in", "out"]]] = {
 class Side:
     """One side of a rule.
 
-    Parameters
-    ----------
-    rule : type of Rule
-        The rule.
-    left : bool
-        Whether it is the left-hand side.
+    `left`: whether it is the left-hand side.
 
     Attributes
     ----------

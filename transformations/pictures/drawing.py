@@ -51,12 +51,7 @@ _ABOUT = 46  # approximate number of characters on a line of notes
 def draw_rule(rule: type[Rule], path: Path | str) -> None:
     """Draw a rule into a file, in the format of its suffix.
 
-    Parameters
-    ----------
-    rule : type of Rule
-        The rule.
-    path : path
-        A file ending in ``.svg``, ``.png`` or ``.dot``.
+    `path`: a file ending in ``.svg``, ``.png`` or ``.dot``.
 
     Raises
     ------

@@ -17,21 +17,14 @@ from dineros.transformations.rules.catalogue import name_of
 
 @dataclass(frozen=True)
 class Explanation:
-    """The trace entries for an id.
-
-    Attributes
-    ----------
-    origin : Link or None
-        How the element of the flattened net with this id was made; None: there is no such element.
-    source : pn.Element or None
-        The element of the system model with this id.
-    results : list of Link
-        The elements made from `source` or from its parts.
-    """
+    """The trace entries for an id."""
 
     origin: Link | None
+    """How the element of the flattened net with this id was made; None: there is no such element."""
     source: pn.Element | None
+    """The element of the system model with this id."""
     results: list[Link]
+    """The elements made from `source` or from its parts."""
 
 
 def explain(id: str, model: sym.SystemModel, trace: Trace) -> Explanation:

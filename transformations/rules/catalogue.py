@@ -22,33 +22,22 @@ from dineros.transformations.rules.phases import (
 
 @dataclass(frozen=True)
 class Family:
-    """A family of rules.
-
-    Attributes
-    ----------
-    name : str
-        One word: ``topics``.
-    title : str
-        Description of the rules.
-    section : str
-        Section of the paper; empty if the paper does not have them.
-    about : str
-        Their origin, if it is not the paper.
-    modules : tuple of str
-        The modules that define them, relative to this package; they are imported when the rules are needed.
-    middleware : {"ros1", "ros2"} or None
-        The only middleware under which its rules run.
-    times : bool
-        Whether its rules run only if time is modelled.
-    """
+    """A family of rules."""
 
     name: str
+    """One word: ``topics``."""
     title: str
+    """Description of the rules."""
     section: str
+    """Section of the paper; empty if the paper does not have them."""
     modules: tuple[str, ...]
+    """The modules that define them, relative to this package; they are imported when the rules are needed."""
     about: str = ""
+    """Their origin, if it is not the paper."""
     middleware: MiddlewareVariant | None = None
+    """The only middleware under which its rules run: ``ros1``, ``ros2``."""
     times: bool = False
+    """Whether its rules run only if time is modelled."""
 
     @cached_property
     def rules(self) -> tuple[type[Rule], ...]:

@@ -93,10 +93,7 @@ class E1(StandardRule, phase=Phase.beginnings, middleware="ros2"):
 class FreeThreads(Pattern):
     """The node around a place or page, and the free threads of its executor.
 
-    Parameters
-    ----------
-    inside : Expression
-        The place or page.
+    `inside`: the place or page.
     """
 
     def __init__(self, inside: Expression) -> None:

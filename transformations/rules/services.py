@@ -81,10 +81,7 @@ class S4(StandardRule, phase=Phase.instances):
 class PagePublisher(Pattern):
     """A publisher port on the page of a server.
 
-    Parameters
-    ----------
-    kind : type of model object
-        The server's port: of a service or an action.
+    `kind`: the server's port: of a service or an action.
     """
 
     def __init__(self, kind: type[sym.ServerPort] | type[sym.ActionServerPort]) -> None:

@@ -16,10 +16,7 @@ from dineros.transformations.rules.queries.times import RunsCallbacks
 class Start(Fragment):
     """A timer callback starts.
 
-    Parameters
-    ----------
-    begin : Expression
-        The transition that takes its tick.
+    `begin`: the transition that takes its tick.
     """
 
     roles: Mapping[str, type[EObject]] = {"begin": pn.Transition}

@@ -40,21 +40,14 @@ END = 0
 
 @dataclass(frozen=True)
 class Responses:
-    """Fields of responses on which a callback depends, or that it gives; empty: none.
-
-    Attributes
-    ----------
-    calls : mapping of Effect to Deciding
-        Of the responses of its calls.
-    started : Deciding or None
-        Of the response that has started it.
-    given : Deciding or None
-        Of the response that it gives.
-    """
+    """Fields of responses on which a callback depends, or that it gives; empty: none."""
 
     calls: Mapping[Effect, Deciding] = field(default_factory=dict)
+    """Of the responses of its calls."""
     started: Deciding | None = None
+    """Of the response that has started it."""
     given: Deciding | None = None
+    """Of the response that it gives."""
 
     def values(self) -> dict[str, frozenset[str]]:
         """Return all values of the fields, by their names."""

@@ -49,8 +49,6 @@ class Decisions:
 
     Parameters
     ----------
-    fact : NodeFact
-        The node.
     names : mapping of Entity to str
         The entities that the model has.
     step : callable

@@ -19,18 +19,12 @@ _End = 0
 
 @dataclass
 class Graph:
-    """A graph under construction: states are numbers, the first of them is the end.
-
-    Attributes
-    ----------
-    edges : dict of int to list
-        Labels and targets, by the state from which they begin.
-    count : int
-        The number of states.
-    """
+    """A graph under construction: states are numbers, the first of them is the end."""
 
     edges: dict[int, list[tuple[Label, int]]] = field(default_factory=lambda: defaultdict(list))
+    """Labels and targets, by the state from which they begin."""
     count: int = 1
+    """The number of states."""
 
     def state(self) -> int:
         """Return a new state."""
@@ -83,8 +77,6 @@ def simplified(graph: Graph, start: int, values: Mapping[str, tuple[str, ...]]) 
 
     Parameters
     ----------
-    graph : Graph
-        The graph.
     start : int
         Its first state.
     values : mapping of str to tuple of str

@@ -69,8 +69,6 @@ def decided(flow: Flow, values: dict[str, tuple[str, ...]], fields: Mapping[str,
 
     Parameters
     ----------
-    flow : Flow
-        The flow.
     values : dict of str to tuple of str
         All values of the variables.
     fields : mapping of str to frozenset of str

@@ -12,39 +12,30 @@ from dineros.sources.variables import Known
 
 @dataclass(frozen=True)
 class Step:
-    """A step of a callback.
-
-    Attributes
-    ----------
-    verb : {"publish", "call", "send", "goal", "accepted", "cancel", "wait", "result"}
-        Publish a message; call a service and wait for the answer; send a request and continue; send a goal;
-        wait until a goal is accepted or refused; ask to cancel it; wait until the callback of a subscription
-        has taken a message; wait until the result of a goal is there.
-    name : str
-        Full name of the topic, service or action.
-    times : {"", "?", "*"}
-        Once; once or not at all; any number of times.
-    at : str
-        The line of the code that says so, as ``file:line``.
-    timeout : float or None
-        Seconds after which a call gives up; None: never.
-    group : str or None
-        Callback group of the client that calls, if the node has several of one service: a name, or empty for
-        the node's default group. None: the group that is given of the client.
-    sends : tuple of (str, bool)
-        Fields of the published message that decide about branches and have this value each time.
-    answer : (str, str) or None
-        Of a call: the field of the response that decides about branches, and its value; None: any.
-    """
+    """A step of a callback."""
 
     verb: str
+    """Publish a message; call a service and wait for the answer; send a request and continue; send a goal;
+    wait until a goal is accepted or refused; ask to cancel it; wait until the callback of a subscription has
+    taken a message; wait until the result of a goal is there: ``publish``, ``call``, ``send``, ``goal``,
+    ``accepted``, ``cancel``, ``wait``, ``result``.
+    """
     name: str
+    """Full name of the topic, service or action."""
     times: str = ""
+    """Once; once or not at all; any number of times: empty, ``?``, ``*``."""
     at: str = field(default="", compare=False)
+    """The line of the code that says so, as ``file:line``."""
     timeout: float | None = field(default=None, compare=False)
+    """Seconds after which a call gives up; None: never."""
     group: str | None = field(default=None, compare=False)
+    """Callback group of the client that calls, if the node has several of one service: a name, or empty for
+    the node's default group. None: the group that is given of the client.
+    """
     sends: tuple[tuple[str, str], ...] = ()
+    """Fields of the published message that decide about branches and have this value each time."""
     answer: tuple[str, str] | None = None
+    """Of a call: the field of the response that decides about branches, and its value; None: any."""
 
     def __str__(self) -> str:
         return f"{self.verb} {self.name}{f' {self.times}' if self.times else ''}"
@@ -56,22 +47,15 @@ WAITS = ("call", "accepted", "wait", "result")
 
 @dataclass(frozen=True)
 class Set:
-    """A callback sets a variable of its node.
-
-    Attributes
-    ----------
-    variable, value : str
-        Names.
-    at : str
-        The line of the code.
-    before : frozenset of str or None
-        Possible previous values; None: any.
-    """
+    """A callback sets a variable of its node."""
 
     variable: str
     value: str
+    """`variable`, `value`: names."""
     at: str = field(default="", compare=False)
+    """The line of the code."""
     before: frozenset[str] | None = None
+    """Possible previous values; None: any."""
 
 
 @dataclass(frozen=True)
@@ -147,46 +131,30 @@ class Flow:
 
 @dataclass(frozen=True)
 class Received:
-    """The behaviour of a callback that tests a field of the message that it receives.
-
-    Attributes
-    ----------
-    name : str
-        The field.
-    branches : tuple of (str, Flow)
-        What the callback does for each value of the field.
-    at : str
-        The line of the test.
-    """
+    """The behaviour of a callback that tests a field of the message that it receives."""
 
     name: str
+    """The field."""
     branches: tuple[tuple[str, Flow], ...]
+    """What the callback does for each value of the field."""
     at: str = field(default="", compare=False)
+    """The line of the test."""
 
 
 @dataclass(frozen=True)
 class Deciding:
-    """A field of the messages of a topic, or of responses of a service, on which callbacks depend.
-
-    Attributes
-    ----------
-    type : str
-        Of the messages, or of the service.
-    name : str
-        Of the field.
-    texts : tuple of str
-        The values that the model distinguishes, as guards write them.
-    numbers : tuple of int
-        Their numbers; none: the field is a truth value.
-    known : mapping of Known to str
-        What the code writes for them.
-    """
+    """A field of the messages of a topic, or of responses of a service, on which callbacks depend."""
 
     type: str
+    """Of the messages, or of the service."""
     name: str
+    """Of the field."""
     texts: tuple[str, ...] = ("true", "false")
+    """The values that the model distinguishes, as guards write them."""
     numbers: tuple[int, ...] = ()
+    """Their numbers; none: the field is a truth value."""
     known: Mapping[Known, str] = field(default_factory=lambda: {TRUE: "true", FALSE: "false"})
+    """What the code writes for them."""
 
     def among(self, values: Iterable[Known]) -> frozenset[str] | None:
         """Return the values that the code writes as guards write them; None: one of them is unknown."""
@@ -201,18 +169,11 @@ def of_service(name: str) -> str:
 
 @dataclass(frozen=True)
 class GivenVariable:
-    """An attribute of a node on which its callbacks depend.
-
-    Attributes
-    ----------
-    values : tuple of str
-        All its possible values.
-    first : str
-        Its value at the start.
-    at : str
-        The line of the code.
-    """
+    """An attribute of a node on which its callbacks depend."""
 
     values: tuple[str, ...]
+    """All its possible values."""
     first: str
+    """Its value at the start."""
     at: str = field(default="", compare=False)
+    """The line of the code."""

@@ -19,8 +19,6 @@ def narrowed(
 
     Parameters
     ----------
-    flow : Flow
-        The flow.
     values : mapping of str to tuple of str
         All values of the variables.
     own : iterable of str

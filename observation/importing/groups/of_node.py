@@ -27,8 +27,6 @@ class GroupsOfNode:
 
     Parameters
     ----------
-    fact : NodeFact
-        The node.
     taken : Taken
         Gets the assumptions.
     at : callable

@@ -25,12 +25,7 @@ LEAST_OF_RCLCPP = 2
 def threads_in_code(fact: NodeFact, at: str) -> tuple[int | None, OpenThreads | None]:
     """Return the threads of a spun node, and what the code states about them if it does not give a number.
 
-    Parameters
-    ----------
-    fact : NodeFact
-        The node.
-    at : str
-        Its line of code, with the folder.
+    `at`: its line of code, with the folder.
     """
     apart = sum(fact.apart.values())
     if isinstance(fact.threads, int):

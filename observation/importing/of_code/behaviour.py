@@ -35,13 +35,7 @@ def behaviour_of(node: CodedNode) -> GivenNode:
 
 
 class _Behaving:
-    """Converts what the callbacks of a node do; parts that cannot be known are assumed.
-
-    Parameters
-    ----------
-    node : CodedNode
-        The node.
-    """
+    """Converts what the callbacks of a node do; parts that cannot be known are assumed."""
 
     def __init__(self, node: CodedNode) -> None:
         self._node, self._fact, self._names = node, node.fact, node.names

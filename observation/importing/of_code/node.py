@@ -18,8 +18,6 @@ class CodedNode:
 
     Parameters
     ----------
-    fact : NodeFact
-        The node.
     taken : Taken
         Gets the assumptions.
     folder : str

@@ -48,22 +48,16 @@ _WORDS = {
 
 @dataclass(frozen=True)
 class Whole:
-    """A system whose services and actions have one server each, and whose channels one type.
-
-    Attributes
-    ----------
-    nodes : tuple of ObservedNode
-        The nodes, including those that represent unknown nodes.
-    unseen : frozenset of str
-        Names of invented nodes: unknown publishers of a recorded topic, or servers of a service without a
-        known server.
-    left_out : tuple of str
-        What was observed and is left out, a line each.
-    """
+    """A system whose services and actions have one server each, and whose channels one type."""
 
     nodes: tuple[ObservedNode, ...]
+    """The nodes, including those that represent unknown nodes."""
     unseen: frozenset[str]
+    """Names of invented nodes: unknown publishers of a recorded topic, or servers of a service without a
+    known server.
+    """
     left_out: tuple[str, ...]
+    """What was observed and is left out, a line each."""
 
 
 def whole(system: ObservedSystem, given: Given) -> Whole:

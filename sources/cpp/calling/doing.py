@@ -71,10 +71,7 @@ _AROUND = ("MessageFilter", "RealtimePublisher")
 class Ros(Spinning):
     """Interprets calls of rclcpp and the standard library.
 
-    Parameters
-    ----------
-    machine : Statements
-        The interpreter.
+    `machine`: the interpreter.
     """
 
     def __init__(self, machine: Statements) -> None:

@@ -49,10 +49,7 @@ _IMAGES = {
 class Ports:
     """Interprets methods of ports.
 
-    Parameters
-    ----------
-    machine : Statements
-        The interpreter.
+    `machine`: the interpreter.
     """
 
     def __init__(self, machine: Statements) -> None:

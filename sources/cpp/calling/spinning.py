@@ -14,10 +14,7 @@ from dineros.sources.facts import CallbackFact
 class Spinning(Ports):
     """Interprets calls of executors.
 
-    Parameters
-    ----------
-    machine : Statements
-        The interpreter.
+    `machine`: the interpreter.
     """
 
     def __init__(self, machine: Statements) -> None:

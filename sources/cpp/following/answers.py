@@ -27,10 +27,7 @@ _ASKS = "async_send_request"
 class FunctionText:
     """The text of a function.
 
-    Parameters
-    ----------
-    function : Node
-        The definition of a function, or a lambda.
+    `function`: the definition of a function, or a lambda.
     """
 
     def __init__(self, function: Node) -> None:
@@ -50,10 +47,7 @@ class FunctionText:
     def asked_future(self, asked: Node) -> str | None:
         """Return the variable that is the future whose response has a field that an expression asks.
 
-        Parameters
-        ----------
-        asked : Node
-            ``future.get()->success``, or ``response->success`` of a variable that has the response.
+        `asked`: ``future.get()->success``, or ``response->success`` of a variable that has the response.
         """
         if not self._has_response:
             return None
@@ -90,10 +84,7 @@ class FunctionText:
     def sent(self, call: Node) -> dict[str, Node]:
         """Return the fields of a published message that statements of one block declare, assign and publish.
 
-        Parameters
-        ----------
-        call : Node
-            ``publish(msg)``, ``publish(*msg)`` or ``publish(std::move(msg))``.
+        `call`: ``publish(msg)``, ``publish(*msg)`` or ``publish(std::move(msg))``.
         """
         statement, given = call.parent, call.child_by_field_name("arguments")
         name = None if given is None else _published(given)

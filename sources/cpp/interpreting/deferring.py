@@ -18,10 +18,7 @@ _SENDS = b"send_response"
 def is_deferred(function: Node) -> bool:
     """Return whether the callback of a service gets the request only, with the id to answer it later.
 
-    Parameters
-    ----------
-    function : Node
-        The definition of a function, or a lambda.
+    `function`: the definition of a function, or a lambda.
     """
     declarator = function.child_by_field_name("declarator")
     found = function_of(declarator) or declarator

@@ -31,30 +31,21 @@ _GUARD = re.compile(r"_(?:H|HH|HPP|HXX)_*$|_$", re.IGNORECASE)
 
 @dataclass(frozen=True)
 class Macro:
-    """A macro.
-
-    Attributes
-    ----------
-    parameters : tuple of str or None
-        None: it is used without arguments. The last one may be ``__VA_ARGS__``, or end with ``...``.
-    line : int
-        Where it is defined, from 1.
-    branches : tuple of (int, int)
-        The conditions around it, each with the number of the branch.
-    is_one_of_several : bool
-        Whether other branches of a condition define it differently.
-    bodies : tuple of str
-        What all of these branches define.
-    """
+    """A macro."""
 
     name: str
     parameters: tuple[str, ...] | None
+    """None: it is used without arguments. The last one may be ``__VA_ARGS__``, or end with ``...``."""
     body: str
     path: str
     line: int
+    """Where it is defined, from 1."""
     branches: tuple[tuple[int, int], ...] = ()
+    """The conditions around it, each with the number of the branch."""
     is_one_of_several: bool = False
+    """Whether other branches of a condition define it differently."""
     bodies: tuple[str, ...] = ()
+    """What all of these branches define."""
 
 
 @dataclass(frozen=True)
@@ -139,21 +130,14 @@ def without_dead(text: str) -> str:
 
 @dataclass(eq=False)
 class _Chain:
-    """A chain of conditions, from ``#if`` to ``#endif``.
-
-    Attributes
-    ----------
-    is_over : bool
-        Whether an earlier branch is certainly compiled.
-    is_read : bool
-        Whether the current branch may be compiled.
-    opened : int
-        How many conditions of unknown value there are so far: their directives are kept.
-    """
+    """A chain of conditions, from ``#if`` to ``#endif``."""
 
     is_over: bool = False
+    """Whether an earlier branch is certainly compiled."""
     is_read: bool = True
+    """Whether the current branch may be compiled."""
     opened: int = 0
+    """How many conditions of unknown value there are so far: their directives are kept."""
 
     @property
     def is_first(self) -> bool:

@@ -54,10 +54,7 @@ class NotExpandedError(Exception):
 class Macros:
     """The macros of a folder.
 
-    Parameters
-    ----------
-    texts : mapping of str to str
-        The texts of all files in C++, by path.
+    `texts`: the texts of all files in C++, by path.
 
     Attributes
     ----------

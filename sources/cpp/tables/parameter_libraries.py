@@ -18,30 +18,20 @@ _CASTS = {"double": float, "int": int}
 
 @dataclass(frozen=True)
 class Library:
-    """The parameters of a namespace.
-
-    Attributes
-    ----------
-    space : str
-        The namespace of the generated classes ``Params`` and ``ParamListener``.
-    package : str
-        The folder of its package.
-    defaults : mapping of str to object
-        Values by name (``gains.p``); a parameter without a default has the value None.
-    """
+    """The parameters of a namespace."""
 
     space: str
+    """The namespace of the generated classes ``Params`` and ``ParamListener``."""
     package: str
+    """The folder of its package."""
     defaults: Mapping[str, Any] = field(default_factory=dict)
+    """Values by name (``gains.p``); a parameter without a default has the value None."""
 
 
 class ParameterLibraries:
     """The parameter libraries of a folder.
 
-    Parameters
-    ----------
-    found : sequence of Library
-        All of them.
+    `found`: all of them.
     """
 
     def __init__(self, found: Sequence[Library] = ()) -> None:

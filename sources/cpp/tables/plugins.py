@@ -19,35 +19,24 @@ _LONGEST = 2000
 
 @dataclass(frozen=True)
 class Plugin:
-    """A class that a loader can create.
-
-    Attributes
-    ----------
-    cls, base : str
-        The class and its base class as they are written, possibly with arguments of a template.
-    path : str
-        The file that exports it.
-    """
+    """A class that a loader can create."""
 
     cls: str
     base: str
+    """`cls`, `base`: the class and its base class as they are written, possibly with arguments of a template.
+    """
     path: str
+    """The file that exports it."""
 
 
 @dataclass(frozen=True)
 class Plugins:
-    """The plugins of a folder.
-
-    Attributes
-    ----------
-    exported : list of Plugin
-        The classes.
-    names : mapping of str to str
-        Classes by the names in plugin descriptions.
-    """
+    """The plugins of a folder."""
 
     exported: list[Plugin] = field(default_factory=list)
+    """The classes."""
     names: Mapping[str, str] = field(default_factory=dict)
+    """Classes by the names in plugin descriptions."""
 
     def of(self, base: str) -> list[Plugin]:
         """Return the plugins with a base class."""

@@ -17,12 +17,7 @@ _HIDDEN = frozenset(("locals", "vars", "exec", "eval", "globals"))
 def is_only_read(function: ast.AST, name: str) -> bool:
     """Return whether a function does nothing with one of its parameters but read fields of it.
 
-    Parameters
-    ----------
-    function : ast.AST
-        The function.
-    name : str
-        The parameter.
+    `name`: the parameter.
 
     Examples
     --------

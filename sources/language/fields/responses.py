@@ -28,12 +28,7 @@ _CALLS = ("call", "call_async")
 def asked_future(function: ast.AST, asked: ast.expr) -> str | None:
     """Return the parameter whose result an expression is: a future that the function only asks.
 
-    Parameters
-    ----------
-    function : ast.AST
-        The function.
-    asked : ast.expr
-        ``future.result()``, or the variable that alone has it.
+    `asked`: ``future.result()``, or the variable that alone has it.
 
     Examples
     --------

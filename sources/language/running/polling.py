@@ -29,40 +29,26 @@ _QUIET = ("sleep", "loop", "publish", "publish_feedback", "log")
 
 @dataclass(frozen=True)
 class Poll:
-    """A loop of a callback that ends only when an attribute changes, or an event.
-
-    Attributes
-    ----------
-    fact : CallbackFact
-        The callback.
-    wait, loop : Effect
-        What it waits for, and the loop.
-    why : str
-        Why the loop seems endless, if nothing changes what it tests.
-    names : frozenset of str
-        The attributes, and the names of events.
-    test : Condition or None
-        The test of the loop, if that is its only exit.
-    asked : list of (Object, str)
-        The attributes with their objects; empty if it asks for other variables, too.
-    goes_on : bool or None
-        Whether the loop goes on with the present values; False: it never begins.
-    is_quiet : bool
-        Whether its body only sleeps, publishes and writes into the log: no exception is its end.
-    sleeps_until : bool
-        Whether it only sleeps until something happens.
-    """
+    """A loop of a callback that ends only when an attribute changes, or an event."""
 
     fact: CallbackFact
     wait: Effect
     loop: Effect
+    """`wait`, `loop`: what it waits for, and the loop."""
     why: str
+    """Why the loop seems endless, if nothing changes what it tests."""
     names: frozenset[str]
+    """The attributes, and the names of events."""
     test: Condition | None
+    """The test of the loop, if that is its only exit."""
     asked: list[tuple[Object, str]]
+    """The attributes with their objects; empty if it asks for other variables, too."""
     goes_on: bool | None
+    """Whether the loop goes on with the present values; False: it never begins."""
     is_quiet: bool
+    """Whether its body only sleeps, publishes and writes into the log: no exception is its end."""
     sleeps_until: bool
+    """Whether it only sleeps until something happens."""
 
 
 class Polling(Asking):
@@ -87,8 +73,6 @@ class Polling(Asking):
             The loop, whose body has been read.
         frame : Frame
             Its variables.
-        loop : Effect
-            Its effect.
         condition : Condition
             Its test.
         before : int

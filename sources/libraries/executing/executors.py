@@ -34,10 +34,7 @@ from dineros.sources.places import Place
 class Executors(Places):
     """Follows calls of executors and threads.
 
-    Parameters
-    ----------
-    doer : Doer
-        Records effects.
+    `doer`: records effects.
     """
 
     def __init__(self, doer: Doer) -> None:

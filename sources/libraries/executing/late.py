@@ -28,10 +28,7 @@ class _Spin:
 class Late:
     """Knows which nodes spin only after another spin.
 
-    Parameters
-    ----------
-    machine : Machine
-        The interpreter.
+    `machine`: the interpreter.
     """
 
     def __init__(self, machine: Machine) -> None:

@@ -32,10 +32,7 @@ from dineros.sources.places import Place
 class Places:
     """Knows which executor has a node, and which spins take it away.
 
-    Parameters
-    ----------
-    doer : Doer
-        Records effects.
+    `doer`: records effects.
 
     Attributes
     ----------

@@ -49,8 +49,6 @@ class End(Fragment):
     ----------
     way : str
         How it ends, as a part of its transition's id.
-    goal : EndingGoal
-        The goal.
     state : Expression
         The place for the state of the slot.
     words : str

@@ -24,10 +24,7 @@ from dineros.transformations.rules.phases import Phase, StandardRule
 class Known(Fragment):
     """A transition made by another rule, classified by its effect.
 
-    Parameters
-    ----------
-    move : Expression
-        The transition.
+    `move`: the transition.
     """
 
     roles: Mapping[str, type[EObject]] = {"move": pn.Transition}

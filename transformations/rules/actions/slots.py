@@ -26,10 +26,7 @@ def asking(action: Node) -> Expression:
 class Slot(Pattern):
     """A slot of an action.
 
-    Parameters
-    ----------
-    upto : Expression or int, optional
-        Number of the last slot that matches; by default, all slots match.
+    `upto`: number of the last slot that matches; by default, all slots match.
     """
 
     def __init__(self, upto: Expression | int | None = None) -> None:

@@ -116,10 +116,7 @@ class E8Wait(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 class Turn(Fragment):
     """The state of a callback that an executor takes in order.
 
-    Parameters
-    ----------
-    id : str
-        Prefix of the ids of its elements.
+    `id`: prefix of the ids of its elements.
     """
 
     roles: Mapping[str, type[EObject]] = {"out": pn.Place, "taken": pn.Place, "ended": pn.Place}

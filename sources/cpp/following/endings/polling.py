@@ -74,24 +74,16 @@ _LEAVES = ("break_statement", "return_statement", "throw_statement", "goto_state
 
 @dataclass(frozen=True)
 class Polled:
-    """A member that a loop waits for.
-
-    Attributes
-    ----------
-    holder : str
-        The first name of the expression: the member, or one that has it.
-    name : str
-        The member.
-    value : str
-        The value with which it is compared; empty: something else is tested.
-    is_equal : bool
-        Whether the loop ends when it is equal.
-    """
+    """A member that a loop waits for."""
 
     holder: str
+    """The first name of the expression: the member, or one that has it."""
     name: str
+    """The member."""
     value: str = ""
+    """The value with which it is compared; empty: something else is tested."""
     is_equal: bool = True
+    """Whether the loop ends when it is equal."""
 
     def may_end_at(self, value: str) -> bool:
         """Return whether the loop may end when the member has a value; empty: any value."""
@@ -124,8 +116,6 @@ def polled_members(
 
     Parameters
     ----------
-    loop : Node
-        The loop.
     meaning : callable
         Returns what a test means: of a method that only returns a member, that member.
     bodies : callable
