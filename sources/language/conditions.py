@@ -318,7 +318,7 @@ class Conditions(Imports):
             if found is not None:
                 return found
         if isinstance(value, Const):
-            return constant(value.value) if not value.origin and isinstance(value.value, _SIMPLE) else None
+            return None if value.origin else simple(value)
         if isinstance(value, Object):
             names = [self.look_up(value.cls, each) for each in ("__bool__", "__len__", "__eq__")]
             return SOME if names == [None, None, None] else None
@@ -337,22 +337,13 @@ class Conditions(Imports):
             if any(path.startswith("enum.") for path in owner.outside()):
                 member = value.value if isinstance(value, Const) else name
                 return ("member", owner.node.name, repr(member)) if name in owner.names else None
-            known = self.look_up(owner, name)
-            return (
-                constant(known.value)
-                if isinstance(known, Const) and isinstance(known.value, _SIMPLE)
-                else None
-            )
+            return simple(self.look_up(owner, name))
         if isinstance(owner, Object):
-            known = self.look_up(owner.cls, name)
-            if name in owner.slots or not isinstance(known, Const) or not isinstance(known.value, _SIMPLE):
-                return None
-            return constant(known.value)
+            return None if name in owner.slots else simple(self.look_up(owner.cls, name))
         if isinstance(value, Outside):
             return ("outside", value.path)
-        if isinstance(expr, ast.Name) and isinstance(value, Const) and isinstance(value.value, _SIMPLE):
-            return constant(value.value) if self._is_constant(name, frame) else None
-        return None
+        is_fixed = isinstance(expr, ast.Name) and self._is_constant(name, frame)
+        return simple(value) if is_fixed else None
 
     def _is_constant(self, name: str, frame: Frame) -> bool:
         """Return whether a variable of a module has one value in the whole program."""
@@ -365,3 +356,9 @@ class Conditions(Imports):
                 return False
             here = here.outer
         return False
+
+
+def simple(value: Value | None) -> Known | None:
+    """Return a constant as a value of a variable; None: not a constant that a model may have."""
+    is_simple = isinstance(value, Const) and isinstance(value.value, _SIMPLE)
+    return constant(value.value) if is_simple else None  # type: ignore[union-attr]

@@ -19,6 +19,7 @@ from dineros.sources.branches import (
     walk,
 )
 from dineros.sources.facts import CallbackFact, Item, NodeFact
+from dineros.sources.language.conditions import simple
 from dineros.sources.language.machine import Machine
 from dineros.sources.language.modules import Module
 from dineros.sources.language.values import Class, Const, Object
@@ -60,7 +61,11 @@ def find_variables(machine: Machine, outside: Iterable[Item]) -> None:
         if variable in loose or not is_known(holder, variable.name):
             continue
         nodes = users.get(variable, set())
-        first = known.first(variable) if known.has_first(variable) else _of_class(machine, holder, variable)
+        first = (
+            known.first(variable)
+            if known.has_first(variable)
+            else simple(machine.look_up(holder.cls, variable.name))
+        )
         if len(nodes) == 1 and first is not None:
             variable.first = first
             next(iter(nodes)).variables.append(variable)
@@ -150,14 +155,6 @@ def _is_plain(machine: Machine, holder: Object, name: str) -> bool:
     if found is not None and not isinstance(found, Const):
         return False
     return holder.cls.is_complete() and all(path.startswith(_BASES) for path in holder.cls.outside())
-
-
-def _of_class(machine: Machine, holder: Object, variable: Variable) -> Known | None:
-    """Return the value of an attribute that only the class sets."""
-    found = machine.look_up(holder.cls, variable.name)
-    if not isinstance(found, Const) or not isinstance(found.value, (bool, int, str, type(None))):
-        return None
-    return ("const", type(found.value).__name__, found.value)
 
 
 class _Hidden:
