@@ -31,25 +31,18 @@ LEAST_MEMORY = 64 << 20
 
 
 class State:
-    """The possible markings at one moment; equal states are the same object while they are in use.
-
-    Attributes
-    ----------
-    products : tuple of tuple of int
-        The union; empty: no marking is possible.
-    following : dict of str to State, or None
-        Known successors, by topic of the next message.
-    joined : dict of State to State, or None
-        Known unions of this state with another one.
-    """
+    """The possible markings at one moment; equal states are the same object while they are in use."""
 
     __slots__ = ("__weakref__", "following", "joined", "products")
 
     def __init__(self, products: tuple[Product, ...]) -> None:
         self.products = products
+        """The union; empty: no marking is possible."""
         # Many are used only once, and fewer objects mean less garbage collection.
         self.following: dict[str, State] | None = None
+        """Known successors, by topic of the next message."""
         self.joined: dict[State, State] | None = None
+        """Known unions of this state with another one."""
 
     def __bool__(self) -> bool:
         return bool(self.products)
@@ -71,14 +64,6 @@ class Follower:
     ----------
     joining : Joining
         The same.
-    parts : list of MarkingSets
-        The parts of the net.
-    touched : dict of int to list of int
-        By transition that shows a message: numbers of the parts that it changes or looks at.
-    parts_of : dict of str to frozenset of int
-        By topic: the parts that its messages affect.
-    forgotten : int
-        Number of times that sets of markings were discarded, so that their numbers were reused.
     """
 
     def __init__(self, net: ShownNet, budget: Budget, joining: Joining = "silence") -> None:
@@ -87,17 +72,21 @@ class Follower:
         parts = parts_of(net.subject.net, seen, joining)
         most = max(LEAST_MEMORY, budget.memory // max(1, len(parts)))
         self.parts = [MarkingSets(part, budget.share(most_bytes=most)) for part in parts]
+        """The parts of the net."""
         self.touched = {
             transition: [
                 number for number, sets in enumerate(self.parts) if transition in sets.part.transitions
             ]
             for transition in seen
         }
+        """By transition that shows a message: numbers of the parts that it changes or looks at."""
         self.parts_of = {
             topic: frozenset(number for transition in found for number in self.touched[transition])
             for topic, found in net.shown.items()
         }
+        """By topic: the parts that its messages affect."""
         self.forgotten = 0
+        """Number of times that sets of markings were discarded, so that their numbers were reused."""
         self._states: WeakValueDictionary[tuple[Product, ...], State] = WeakValueDictionary()
 
     @property

@@ -55,16 +55,6 @@ class MarkingSets:
 
     `budget`: the budget of its diagram.
 
-    Attributes
-    ----------
-    start : int
-        The set of markings before any message.
-    anywhere : int
-        All markings that the part can have, independent of the other parts.
-    reached_edge : bool
-        Whether a firing was ignored because an unbounded place had too many tokens; then there may be more
-        markings.
-
     Raises
     ------
     BudgetError
@@ -92,11 +82,16 @@ class MarkingSets:
         self._covers: dict[tuple[int, int], bool] = {}
         self._kept: set[int] = set()
         self.reached_edge = False
+        """Whether a firing was ignored because an unbounded place had too many tokens; then there may be more
+        markings.
+        """
         self.anywhere = self._hold(space.diagram.root) if self._anything else 1
+        """All markings that the part can have, independent of the other parts."""
         self._edge = self._hold(self._edge_box())
         self._fixed = len(space.diagram.pinned)
         self.first = tuple(level.initial for level in space.encoding.levels)
         self.start = self.closed(self.sets.single(self.first)) if self._anything else 1
+        """The set of markings before any message."""
         self._fixed = len(space.diagram.pinned)
 
     def step(self, states: int, transition: int) -> int:

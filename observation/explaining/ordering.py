@@ -61,11 +61,6 @@ class Ordering:
         What is possible before them.
     tolerance : int
         Nanoseconds: messages of different topics no farther apart may have been published in any order.
-
-    Attributes
-    ----------
-    open : deque of SeenMessage
-        Messages that came last: whether they were published before others is open.
     """
 
     def __init__(self, follower: Follower, start: State, tolerance: int) -> None:
@@ -73,6 +68,7 @@ class Ordering:
         self._tolerance = tolerance
         self._commuting = Commuting(follower)
         self.open: deque[SeenMessage] = deque()
+        """Messages that came last: whether they were published before others is open."""
         self._ways: dict[Early, Way] = {NONE: Way(start)}
         self._is_whole = True
 

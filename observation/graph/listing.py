@@ -25,19 +25,14 @@ class Listing:
     """Lists a graph.
 
     `node`: the node that sends queries.
-
-    Attributes
-    ----------
-    left_out : dict of str to None
-        Elements with a name that ROS does not allow, in words.
-    is_complete : bool
-        Whether all endpoints that were listed last are known to be of some node.
     """
 
     def __init__(self, node: Any) -> None:
         self._node = node
         self.left_out: dict[str, None] = {}
+        """Elements with a name that ROS does not allow, in words."""
         self.is_complete = True
+        """Whether all endpoints that were listed last are known to be of some node."""
 
     def topics(self) -> Iterator[tuple[str, list[str]]]:
         """Yield topics and their types.

@@ -13,27 +13,19 @@ from dineros.observation.systems import USUAL, Endpoint, TopicEndpoint
 
 
 class Channels:
-    """Topics, services and actions; each is created with its first port.
-
-    Attributes
-    ----------
-    ids : Ids
-        Creates the ids of the model.
-    topics, services, actions : dict
-        The channels by their full names.
-    deciding : mapping of str to Deciding
-        Topics whose messages carry data, as callbacks depend on it.
-    types : dict of str to TokenType
-        Token types of such messages, by the type of the message.
-    """
+    """Topics, services and actions; each is created with its first port."""
 
     def __init__(self, deciding: Mapping[str, Deciding] | None = None) -> None:
         self.ids = Ids()
+        """Creates the ids of the model."""
         self.deciding = deciding or {}
+        """Topics whose messages carry data, as callbacks depend on it."""
         self.types: dict[str, sym.TokenType] = {}
+        """Token types of such messages, by the type of the message."""
         self.topics: dict[str, sym.TopicChannel] = {}
         self.services: dict[str, sym.ServiceChannel] = {}
         self.actions: dict[str, sym.ActionChannel] = {}
+        """`topics`, `services`, `actions`: the channels by their full names."""
 
     def tokens(self, topic: str) -> sym.TokenType | None:
         """Return the token type of the messages of a topic; None: their data does not matter."""

@@ -20,20 +20,7 @@ from dineros.observation.systems import Endpoint, TopicEndpoint
 
 
 class NodeBuilder(Abilities):
-    """Builds the node net of a node.
-
-    Parameters
-    ----------
-    given : Given
-        The facts given for all nodes.
-    channels : Channels
-        Gets the ports.
-    is_unseen : bool
-        Whether it was not observed and represents unknown nodes.
-    is_partial : bool
-        Whether the system may have other nodes. Then an invented server answers; otherwise, no server ever
-        answers.
-    """
+    """Builds the node net of a node; its parameters are those of `Abilities`."""
 
     def build(self) -> sym.NodeNet:
         """Return the node net; its ports are in the channels."""

@@ -37,11 +37,6 @@ class Behaviour:
         default group.
     deciding : mapping of str to Deciding
         Topics with a field on which callbacks depend.
-
-    Attributes
-    ----------
-    modelled : set of Effect
-        Waits that the model has by variables.
     """
 
     def __init__(
@@ -60,6 +55,7 @@ class Behaviour:
         self._folder = folder
         self._taken = taken
         self.modelled: set[Effect] = set()
+        """Waits that the model has by variables."""
 
     def is_open(self, fact: CallbackFact) -> bool:
         """Return whether a callback may take any steps."""

@@ -50,13 +50,6 @@ class JournalTimes:
         The model that was run.
     traces : mapping of str to callable
         By node net, a function that reads its records.
-
-    Attributes
-    ----------
-    begun : float or None
-        Time of the first record.
-    is_simulated : bool
-        Whether the run was simulated, so that the times of its records are not measurements.
     """
 
     def __init__(self, model: sym.SystemModel, traces: Mapping[str, Trace]) -> None:
@@ -71,7 +64,9 @@ class JournalTimes:
         self._sent: dict[tuple[str, str, str], tuple[float, str]] = {}
         self._missed: dict[tuple[str, str, str], list[Record]] = {}
         self.begun: float | None = None
+        """Time of the first record."""
         self.is_simulated = False
+        """Whether the run was simulated, so that the times of its records are not measurements."""
 
     def seen(self) -> Iterator[Seen]:
         """Yield each time that the traces show; none of a simulated run.

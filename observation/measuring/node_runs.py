@@ -36,22 +36,17 @@ class _Tick:
 
 
 class NodeRuns:
-    """Follows the records of one node.
-
-    Attributes
-    ----------
-    busy : Spans
-        When its handlers ran.
-    since : float
-        Before this moment the node was not in normal operation: it started, failed, or changed its state.
-    """
+    """Follows the records of one node."""
 
     def __init__(self, bodies: Bodies) -> None:
         self._bodies = bodies
         self._open: dict[_Key, _Run] = {}
         self._ticks: dict[str, _Tick] = {}
         self.busy = Spans()
+        """When its handlers ran."""
         self.since = -math.inf
+        """Before this moment the node was not in normal operation: it started, failed, or changed its state.
+        """
 
     def begin(self, moment: float) -> None:
         """Discard earlier data: the node starts, fails, or changes its state."""

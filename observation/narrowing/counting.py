@@ -114,12 +114,6 @@ class Publications:
     ----------
     count : int
         Messages.
-    gaps : Delays
-        Times between them.
-    alone : dict of str to Following
-        By trigger: how they follow it if they follow nothing else.
-    together : dict of str to Following
-        By trigger: how they follow it if each message follows what came last before it.
     attributed : int
         Messages that follow something in `together`.
     """
@@ -129,8 +123,11 @@ class Publications:
         self._last: int | None = None
         self.count = self.attributed = 0
         self.gaps = Delays(samples=Samples(most=_MOST_GAPS))
+        """Times between them."""
         self.alone = {topic: Following() for topic in triggers}
+        """By trigger: how they follow it if they follow nothing else."""
         self.together = {topic: Following() for topic in triggers}
+        """By trigger: how they follow it if each message follows what came last before it."""
         self._begun = dict.fromkeys(triggers, 0)
 
     def heard(self, trigger: str, time: int) -> None:

@@ -147,16 +147,6 @@ class Observed:
 
     `recording`: an open recording; its events of calls are read once at the start.
 
-    Attributes
-    ----------
-    calls : dict of str to Calls
-        By service.
-    untaken : tuple of Untaken
-        Services with responses that no client took.
-    recorded : tuple of RecordedTopic
-        Its topics by their full names, and the events of services that publish every call, by their names
-        (`event_name`).
-
     Raises
     ------
     RecordingError
@@ -167,6 +157,7 @@ class Observed:
         self._recording = recording
         self._services = {f"{each.name}{OF_EVENTS}": each for each in recording.services}
         self.calls = {each.name: Calls() for each in recording.services}
+        """By service."""
         for topic, time, data in recording.messages(self._services):
             self.calls[self._services[topic].name].add(self._event(topic, data), time)
         end = recording.start + recording.duration - 1
@@ -175,6 +166,7 @@ class Observed:
             for name, calls in self.calls.items()
             if (found := calls.untaken(end))
         )
+        """Services with responses that no client took."""
         self._told = {name: calls.told() for name, calls in self.calls.items()}
         self.recorded = (
             *(
@@ -188,6 +180,9 @@ class Observed:
                 for kind in self._told[each.name]
             ),
         )
+        """Its topics by their full names, and the events of services that publish every call, by their names
+        (`event_name`).
+        """
 
     def messages(self) -> Iterator[tuple[str, int]]:
         """Yield name and time in nanoseconds of each message and event, in order of their times."""

@@ -35,16 +35,11 @@ _DISCARDED = re.compile(rb"discarded (\d+) event")
 
 
 class Said:
-    """The output of the program on standard error.
-
-    Attributes
-    ----------
-    discarded : int
-        Events that the tracer discarded because its buffer was full, according to the trace.
-    """
+    """The output of the program on standard error."""
 
     def __init__(self) -> None:
         self.discarded = 0
+        """Events that the tracer discarded because its buffer was full, according to the trace."""
         self._text = b""
         self._line = b""
 

@@ -91,25 +91,13 @@ class Asked:
 
 
 class Index:
-    """The definitions of all files, which are looked up by name from a location.
-
-    Attributes
-    ----------
-    digests : dict of str to str
-        Hashes of the files, by path.
-    unread : list of str
-        Assumptions about definitions, a line each.
-    asked : Asked or None
-        Records all look-ups; None: they are not recorded.
-    spaces : dict
-        Meanings of names of namespaces, by name and file: ``namespace msgs = sensor_msgs::msg``.
-    libraries, plugins : ParameterLibraries, Plugins
-        What other files of the folder, or macros, define.
-    """
+    """The definitions of all files, which are looked up by name from a location."""
 
     def __init__(self) -> None:
         self.digests: dict[str, str] = {}
+        """Hashes of the files, by path."""
         self.asked: Asked | None = None
+        """Records all look-ups; None: they are not recorded."""
         self.classes: dict[str, list[ClassInfo]] = {}
         self.functions: dict[str, list[Routine]] = {}
         self.aliases: dict[str, list[Named]] = {}
@@ -119,9 +107,12 @@ class Index:
         self.headers = Headers()
         self.includes = self.headers.includes
         self.unread: list[str] = []
+        """Assumptions about definitions, a line each."""
         self.spaces: dict[str, dict[str, str]] = {}
+        """Meanings of names of namespaces, by name and file: ``namespace msgs = sensor_msgs::msg``."""
         self.libraries = ParameterLibraries()
         self.plugins = Plugins()
+        """`libraries`, `plugins`: what other files of the folder, or macros, define."""
         self._interfaces: dict[tuple[str, str], str | None] = {}
         self._loose: list[tuple[list[str], Routine]] = []
 

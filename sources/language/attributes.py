@@ -34,36 +34,25 @@ Written = dict[Slot, tuple[Value | None, Value]]
 
 
 class Attributes:
-    """Known facts about the attributes of objects.
-
-    Attributes
-    ----------
-    stores : set of (str, int, int)
-        Path, line and column of each assignment to an attribute that was followed.
-    names : set of str
-        Attributes that unknown code may set.
-    calls : set of str
-        Names of functions and methods that unknown code may call.
-    single : set of int
-        Ids of objects that are made once.
-    is_wild : bool
-        Whether something unknown may call anything.
-    has_begun : bool
-        Whether callbacks run already.
-    changed : list of (str, CallbackFact)
-        Names of attributes that were set or whose containers were changed, and the code that did it.
-    """
+    """Known facts about the attributes of objects."""
 
     def __init__(self) -> None:
         self._all: dict[tuple[int, str], tuple[Object, Variable]] = {}
         self._first: dict[Variable, set[Known] | None] = {}
         self.stores: set[tuple[str, int, int]] = set()
+        """Path, line and column of each assignment to an attribute that was followed."""
         self.names: set[str] = set()
+        """Attributes that unknown code may set."""
         self.calls: set[str] = set()
+        """Names of functions and methods that unknown code may call."""
         self.single: set[int] = set()
+        """Ids of objects that are made once."""
         self.is_wild = False
+        """Whether something unknown may call anything."""
         self.has_begun = False
+        """Whether callbacks run already."""
         self.changed: list[tuple[str, CallbackFact]] = []
+        """Names of attributes that were set or whose containers were changed, and the code that did it."""
 
     def of(self, holder: Object, name: str, at: Place) -> Variable:
         """Return the variable of an attribute."""
@@ -137,18 +126,12 @@ class Branches(Protocol):
 
 
 class Slots:
-    """Reads and writes attributes.
-
-    Attributes
-    ----------
-    run : int
-        Number of the current run of callbacks: in another one, attributes have any of their values.
-    changes : int
-        How often an attribute got another value than those that it has had.
-    """
+    """Reads and writes attributes."""
 
     run: int
+    """Number of the current run of callbacks: in another one, attributes have any of their values."""
     changes: int = 0
+    """How often an attribute got another value than those that it has had."""
     activity: Branches
 
     def read_slot(self, holder: Holder, name: str) -> Value | None:

@@ -28,19 +28,13 @@ _MAY_BE_LARGE = re.compile(rb"[0-9A-Fa-f_]{16}|[eE]\+?[0-9_]{3}")
 
 
 class Module:
-    """A file of the program.
-
-    Attributes
-    ----------
-    path : str
-        Relative to the folder.
-    tree : ast.Module
-        Its syntax tree.
-    """
+    """A file of the program."""
 
     def __init__(self, path: str, tree: ast.Module) -> None:
         self.path = path
+        """Relative to the folder."""
         self.tree = tree
+        """Its syntax tree."""
 
     @property
     def stem(self) -> str:

@@ -59,11 +59,6 @@ class DataFlow:
         The arcs of the net.
     fields : callable
         Returns the fields of a place of the model.
-
-    Attributes
-    ----------
-    flows : dict of pn.Transition to list of Flow
-        The flows of each transition that a rule made.
     """
 
     def __init__(
@@ -93,6 +88,7 @@ class DataFlow:
             for transition, own in arcs.items()
             if links[transition].maker is not None and not self._repeats(transition)
         }
+        """The flows of each transition that a rule made."""
         self._fields: dict[pn.Place, Mapping[str, FieldType]] = {}
         self._find_fields()
 

@@ -42,20 +42,15 @@ class Side:
     """One side of a rule.
 
     `left`: whether it is the left-hand side.
-
-    Attributes
-    ----------
-    shapes, lines, boxes
-        The contents to draw; shapes and boxes by key.
-    notes : list of str
-        Text below the picture: numbers, conditions, abbreviations.
     """
 
     def __init__(self, rule: type[Rule], left: bool) -> None:
         self.shapes: dict[str, Shape] = {}
         self.lines: list[Line] = []
         self.boxes: dict[str, Box] = {}
+        """`shapes`, `lines`, `boxes`: the contents to draw; shapes and boxes by key."""
         self.notes: list[str] = []
+        """Text below the picture: numbers, conditions, abbreviations."""
         self._short: dict[str, str] = {}
         if left:
             self._match(

@@ -31,11 +31,6 @@ class GroupsOfNode:
         Gets the assumptions.
     at : callable
         Returns a line of code, with its folder.
-
-    Attributes
-    ----------
-    answers_hold : bool
-        Whether callbacks of responses, results and feedback hold the group of their client.
     """
 
     def __init__(self, fact: NodeFact, taken: Taken, at: Callable[[Place], str]) -> None:
@@ -43,6 +38,7 @@ class GroupsOfNode:
         self._names: dict[Entity, str] = {}
         self._outside: list[str] = []
         self.answers_hold = not fact.at.file.endswith(".py")
+        """Whether callbacks of responses, results and feedback hold the group of their client."""
         clients = [*fact.of("clients"), *fact.of("action_clients")]
         is_needed = any(fact.group_of(each) is None for each in clients)
         self._default = DEFAULT if self.answers_hold and is_needed else ""

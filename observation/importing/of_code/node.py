@@ -22,21 +22,6 @@ class CodedNode:
         Gets the assumptions.
     folder : str
         The folder of its files.
-
-    Attributes
-    ----------
-    name : str
-        Full name of the node.
-    names : dict of Entity to str
-        Full names of its ports, and the empty text for entities without a name.
-    renamed : dict of Entity to str
-        For ports whose full name is open, why it is.
-    chosen : dict of (str, str) to Entity
-        The entity that is used, of those of one kind and name.
-    deciding : dict of str to Deciding
-        Fields of messages that decide what a callback does, by the name of the topic or service.
-    modelled : set of Effect
-        Waits of loops that the model has, because it has the variables that they ask for.
     """
 
     def __init__(self, fact: NodeFact, taken: Taken, folder: str) -> None:
@@ -57,13 +42,19 @@ class CodedNode:
                 words = f"a launch file gives a name of {name} the name {target}; which one is open"
                 taken.lack(f"{self.at(fact.at)}: {words}")
         self.name = full_node_name(fact)
+        """Full name of the node."""
         self.groups = GroupsOfNode(fact, taken, self.at)
         self.deciding: dict[str, Deciding] = {}
+        """Fields of messages that decide what a callback does, by the name of the topic or service."""
         self.modelled: set[Effect] = set()
+        """Waits of loops that the model has, because it has the variables that they ask for."""
         self.is_spun = fact.threads != "not spun"
         self.names: dict[Entity, str] = {}
+        """Full names of its ports, and the empty text for entities without a name."""
         self.renamed: dict[Entity, str] = {}
+        """For ports whose full name is open, why it is."""
         self.chosen: dict[tuple[str, str], Entity] = {}
+        """The entity that is used, of those of one kind and name."""
         for entity in fact.entities:
             if entity.kind != "groups" and entity.is_enabled and not (entity.name and is_open(entity.name)):
                 name = full_name_of(entity, fact) if entity.name else ""

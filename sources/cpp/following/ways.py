@@ -16,33 +16,23 @@ Way = dict[tuple[int, str], tuple[dict[str, Value], str, Value | None, Value]]
 
 
 class Ways:
-    """The branches around the current code.
-
-    Attributes
-    ----------
-    cond, off : int
-        Number of branches around it, and of those that the default values disable.
-    branching : list of (int, int)
-        The branches of ``if`` around it: of which run of the statement, and which branch.
-    frames : list of Frame
-        Routines that run.
-    changes : list of Changes
-        What each branch has set.
-    block, taken : list of Item
-        What the current block, and the last branch, do.
-    is_lost : bool
-        Whether the order of effects is not known.
-    """
+    """The branches around the current code."""
 
     def __init__(self) -> None:
         self.cond = 0
         self.off = 0
+        """`cond`, `off`: number of branches around it, and of those that the default values disable."""
         self.branching: list[tuple[int, int]] = []
+        """The branches of ``if`` around it: of which run of the statement, and which branch."""
         self.frames: list[Frame] = []
+        """Routines that run."""
         self.changes: list[Changes] = []
+        """What each branch has set."""
         self.block: list[Item] = []
         self.taken: list[Item] = []
+        """`block`, `taken`: what the current block, and the last branch, do."""
         self.is_lost = False
+        """Whether the order of effects is not known."""
 
     @contextmanager
     def perhaps(self, *, is_off: bool = False) -> Iterator[None]:

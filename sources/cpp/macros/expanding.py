@@ -55,11 +55,6 @@ class Macros:
     """The macros of a folder.
 
     `texts`: the texts of all files in C++, by path.
-
-    Attributes
-    ----------
-    unread : list of str
-        Uses that are not expanded, or whose meaning is assumed, a line each.
     """
 
     def __init__(self, texts: Mapping[str, str]) -> None:
@@ -69,6 +64,7 @@ class Macros:
         self._capitals: dict[str, Macro | None] = {}
         self._work = 0
         self.unread: list[str] = []
+        """Uses that are not expanded, or whose meaning is assumed, a line each."""
         for path, text in texts.items():
             self._headers.add(path)
             self._directives[path] = list(directives(path, text)) if "#" in text else []

@@ -7,16 +7,11 @@ from pathlib import PurePosixPath
 
 
 class Headers:
-    """The headers that the files of a folder include.
-
-    Attributes
-    ----------
-    includes : dict of str to list of str
-        The headers that a file names, by its path.
-    """
+    """The headers that the files of a folder include."""
 
     def __init__(self) -> None:
         self.includes: dict[str, list[str]] = {}
+        """The headers that a file names, by its path."""
         self._by_end: dict[str, list[str]] = {}
         self._reached: dict[str, frozenset[str]] = {}
 

@@ -44,23 +44,16 @@ _PARTS = (
 
 
 class Asking(Matching):
-    """The part of the interpreter that finds what the test of a loop asks for.
-
-    Attributes
-    ----------
-    asked : list of (Object, str)
-        The attributes that the test asks for, with their objects.
-    stored : frozenset of str
-        The local variables that the loop changes.
-    has_shared : bool
-        Whether the test asks for a variable that several functions share.
-    """
+    """The part of the interpreter that finds what the test of a loop asks for."""
 
     def __init__(self, modules: Modules, program: str) -> None:
         super().__init__(modules, program)
         self.asked: list[tuple[Object, str]] = []
+        """The attributes that the test asks for, with their objects."""
         self.stored: frozenset[str] = frozenset()
+        """The local variables that the loop changes."""
         self.has_shared = False
+        """Whether the test asks for a variable that several functions share."""
 
     def depends_on(self, test: ast.AST, frame: Frame, depth: int) -> set[str] | None:
         """Return the attributes and events on which the value of a test depends; None: on something else."""

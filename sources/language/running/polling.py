@@ -52,17 +52,12 @@ class Poll:
 
 
 class Polling(Asking):
-    """The part of the interpreter that recognises loops that wait for attributes.
-
-    Attributes
-    ----------
-    found : list of Poll
-        What was recognised.
-    """
+    """The part of the interpreter that recognises loops that wait for attributes."""
 
     def __init__(self, modules: Modules, program: str) -> None:
         super().__init__(modules, program)
         self.found: list[Poll] = []
+        """What was recognised."""
 
     def polls(self, node: ast.While, frame: Frame, loop: Effect, condition: Condition, before: int) -> None:
         """Record that a loop waits for attributes that it does not change itself.

@@ -33,29 +33,21 @@ class Places:
     """Knows which executor has a node, and which spins take it away.
 
     `doer`: records effects.
-
-    Attributes
-    ----------
-    shared : Made
-        The executor of rclpy's functions.
-    started : set of int
-        Ids of the executors that spin.
-    background : set of int
-        Ids of those that spin in threads of their own.
-    orders : dict of int to int
-        By id of a node or of a thread where it is added, or begins, in the start of the program.
-    is_target : bool
-        Whether what is called is the function of a thread itself.
     """
 
     def __init__(self, doer: Doer) -> None:
         self.doer = doer
         self.machine = doer.machine
         self.shared = Made("rclpy.executors.SingleThreadedExecutor", [], {}, _NOWHERE)
+        """The executor of rclpy's functions."""
         self.started: set[int] = set()
+        """Ids of the executors that spin."""
         self.background: set[int] = set()
+        """Ids of those that spin in threads of their own."""
         self.orders: dict[int, int] = {}
+        """By id of a node or of a thread where it is added, or begins, in the start of the program."""
         self.is_target = False
+        """Whether what is called is the function of a thread itself."""
         self.late = Late(self.machine)
         self._of: dict[int, Made] = {}
         self._pools: dict[int, int] = {}
