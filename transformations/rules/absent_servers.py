@@ -45,12 +45,17 @@ def _lost(part: str, words: str) -> Meaning:
     )
 
 
+def _served() -> tuple[Node, Node, Node]:
+    """Return a service, the node net of its server, and one of its clients."""
+    service = Node(sym.ServiceChannel)
+    server = Node(sym.NodeNet, of=Home(service.server.entry))
+    return service, server, Node(sym.ClientPort, channel=service)
+
+
 class L6(StandardRule, phase=Phase.disappearing, middleware="ros2"):
     """A request comes to a server that is configured."""
 
-    service = Node(sym.ServiceChannel)
-    server = Node(sym.NodeNet, of=Home(service.server.entry))
-    client = Node(sym.ClientPort, channel=service)
+    service, server, client = _served()
     queue = Made(R5Client.queue, of=client)
     configured = Made(L1.configured, of=server)
 
@@ -62,9 +67,7 @@ class L6(StandardRule, phase=Phase.disappearing, middleware="ros2"):
 class L6Instead(StandardRule, phase=Phase.disappearing, middleware="ros2"):
     """So does one in whose place a full history forgets another."""
 
-    service = Node(sym.ServiceChannel)
-    server = Node(sym.NodeNet, of=Home(service.server.entry))
-    client = Node(sym.ClientPort, channel=service)
+    service, server, client = _served()
     instead = Made(R6Client.instead, of=client)
     configured = Made(L1.configured, of=server)
 
@@ -76,9 +79,7 @@ class L6Instead(StandardRule, phase=Phase.disappearing, middleware="ros2"):
 class L6Miss(StandardRule, phase=Phase.disappearing, middleware="ros2"):
     """A request that a client sends only once is lost while the server is absent."""
 
-    service = Node(sym.ServiceChannel)
-    server = Node(sym.NodeNet, of=Home(service.server.entry))
-    client = Node(sym.ClientPort, channel=service)
+    service, server, client = _served()
     sent = Made(R5Client.sent, of=client)
     lost = Made(R5Client.lost, of=client)
     away = Made(L1.away, of=server)
@@ -94,9 +95,7 @@ class L6Miss(StandardRule, phase=Phase.disappearing, middleware="ros2"):
 class L6Settled(StandardRule, phase=Phase.disappearing, middleware="ros2"):
     """A server leaves when what was sent to it while it was there has come to its history."""
 
-    service = Node(sym.ServiceChannel)
-    server = Node(sym.NodeNet, of=Home(service.server.entry))
-    client = Node(sym.ClientPort, channel=service)
+    service, server, client = _served()
     sent = Made(R5Client.sent, of=client)
 
     bound = Bound(
@@ -111,9 +110,7 @@ class L6Settled(StandardRule, phase=Phase.disappearing, middleware="ros2"):
 class L6Leave(StandardRule, phase=Phase.disappearing, middleware="ros2"):
     """So each request that is missed was sent while the server was not there."""
 
-    service = Node(sym.ServiceChannel)
-    server = Node(sym.NodeNet, of=Home(service.server.entry))
-    client = Node(sym.ClientPort, channel=service)
+    service, server, client = _served()
     bound = Made(L6Settled.bound, of=client)
     change = Made(Leaving, of=server)
 
@@ -123,9 +120,7 @@ class L6Leave(StandardRule, phase=Phase.disappearing, middleware="ros2"):
 class L6LeaveFree(StandardRule, phase=Phase.disappearing, middleware="ros2"):
     """So it is with a client that does not wait."""
 
-    service = Node(sym.ServiceChannel)
-    server = Node(sym.NodeNet, of=Home(service.server.entry))
-    client = Node(sym.ClientPort, channel=service)
+    service, server, client = _served()
     bound = Made(R8.sending, of=client)
     change = Made(Leaving, of=server)
 
@@ -151,9 +146,7 @@ class L6Wait(StandardRule, phase=Phase.disappearing, middleware="ros2"):
 class L7(StandardRule, phase=Phase.disappearing, middleware="ros2"):
     """A request in the history of a server that leaves is lost, where its client sends it once."""
 
-    service = Node(sym.ServiceChannel)
-    server = Node(sym.NodeNet, of=Home(service.server.entry))
-    client = Node(sym.ClientPort, channel=service)
+    service, server, client = _served()
     requests = Made(S1.requests, of=client)
     load = Made(R5.load, of=service)
     capacity = Made(R5.capacity, of=service)
@@ -172,9 +165,7 @@ class L7(StandardRule, phase=Phase.disappearing, middleware="ros2"):
 class L7Again(StandardRule, phase=Phase.disappearing, middleware="ros2"):
     """Otherwise its client sends it again."""
 
-    service = Node(sym.ServiceChannel)
-    server = Node(sym.NodeNet, of=Home(service.server.entry))
-    client = Node(sym.ClientPort, channel=service)
+    service, server, client = _served()
     requests = Made(S1.requests, of=client)
     load = Made(R5.load, of=service)
     capacity = Made(R5.capacity, of=service)
@@ -223,9 +214,7 @@ class L7Late(StandardRule, phase=Phase.disappearing, middleware="ros2"):
 class L7Unanswered(StandardRule, phase=Phase.disappearing, middleware="ros2"):
     """A request that an instance works on when its server leaves is lost if the client sends it only once."""
 
-    service = Node(sym.ServiceChannel)
-    server = Node(sym.NodeNet, of=Home(service.server.entry))
-    client = Node(sym.ClientPort, channel=service)
+    service, server, client = _served()
     instance = Index(upto=instances(service))
     in_use = Made(S2.in_use, of=[client, instance])
     late = Made(R6Late.in_use, of=[service, instance])
