@@ -19,6 +19,7 @@ from dineros.transformations.language.functions import count, either, enclosing,
 from dineros.transformations.language.patterns import Index, Made, Node, Pattern
 from dineros.transformations.rules.notation import arcs_at, place, service_with_client, transition
 from dineros.transformations.rules.phases import Phase, StandardRule
+from dineros.transformations.rules.queries.message_times import CallLatency
 
 
 def instances(service: Node) -> Expression:
@@ -129,6 +130,7 @@ class S4Client(StandardRule, phase=Phase.instances):
         timeout=original.timeout,
         timedOut=image(original.timedOut, page),
         waitsForService=original.waitsForService,
+        latency=CallLatency(original),
         group=original.group,
     )
 

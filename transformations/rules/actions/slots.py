@@ -11,6 +11,7 @@ from dineros.transformations.language import Copy, Expression, Index, Made, Mean
 from dineros.transformations.language.functions import count, either, enclosing
 from dineros.transformations.rules.notation import Bound, place
 from dineros.transformations.rules.phases import Phase, StandardRule
+from dineros.transformations.rules.queries.message_times import CallLatency
 
 
 def slots(action: Node) -> Expression:
@@ -69,6 +70,8 @@ class A6Client(StandardRule, phase=Phase.instances):
         outstanding=original.outstanding,
         timeout=original.timeout,
         timedOut=image(original.timedOut, page),
+        waitsForService=original.waitsForService,
+        latency=CallLatency(original),
         group=original.group,
     )
 
