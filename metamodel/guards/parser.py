@@ -7,8 +7,7 @@ from functools import cache, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from dineros.metamodel.clauses.expressions import And, Not, unquoted
-from dineros.metamodel.clauses.parser import ConnectiveBuilder
+from dineros.metamodel.clauses.expressions import And, Not, Or, unquoted
 from dineros.metamodel.errors import GuardError
 from dineros.metamodel.grammars import parser_of
 from dineros.metamodel.guards.conditions import (
@@ -116,8 +115,17 @@ def _parser() -> Lark:
     return parser_of(Path(__file__).with_name("guard.lark"), start=starts, transformer=_GuardBuilder())
 
 
-class _GuardBuilder(ConnectiveBuilder):
+class _GuardBuilder:
     """Builds the tree while the text is parsed; its methods have the names of the grammar's rules."""
+
+    def not_(self, children: list[Condition]) -> Condition:
+        return Not(*children)
+
+    def and_(self, children: list[Condition]) -> Condition:
+        return And(tuple(children))
+
+    def or_(self, children: list[Condition]) -> Condition:
+        return Or(tuple(children))
 
     def plain(self, children: list[Token]) -> str:
         return str(children[0])

@@ -12,6 +12,7 @@ from dineros.metamodel.clauses import (
     Not,
     Or,
     Signal,
+    SignalIs,
     parse,
     signal_names,
 )
@@ -45,6 +46,11 @@ a, b, c = Signal("a"), Signal("b"), Signal("c")
         ("not-a", Signal("not-a")),
         ('"and" & "a b" & "\\"\\\\"', And((Signal("and"), Signal("a b"), Signal('"\\')))),
         ("((((a))))", a),
+        ("a orb", Or((a, b))),
+        ("or & and", And((Signal("or"), Signal("and")))),
+        ("!\"a\" <> ' v' ∨ b='w'", Or((Not(Not(SignalIs("a", " v"))), SignalIs("b", "w")))),
+        ("(a -> b) -> c <-> !(a | b)", Equivalent(Implies(Implies(a, b), c), Not(Or((a, b))))),
+        ("a & b | b & c & a", Or((And((a, b)), And((b, c, a))))),
     ],
 )
 def test_reads(text: str, expression: Expression) -> None:
@@ -59,6 +65,9 @@ def test_reads(text: str, expression: Expression) -> None:
         ("a & )", 5, "expected a signal, '!' or '(', found ')'"),
         ("(a", 3, "expected an operator or ')', found the end"),
         ("a)", 2, "expected an operator or the end, found ')'"),
+        ("(a b", 4, "expected an operator or ')', found 'b' (put a name"),
+        ("a # b", 3, "expected an operator, found '#'"),
+        ("true = 'v'", 6, "expected an operator or the end, found '='"),
         ("a = b", 5, "expected a value in single quotes, found 'b'"),
         ("a b", 3, "found 'b' (put a name with blanks or special characters into double quotes)"),
         ("a-->b", 2, "found '-' (put a name with blanks or special characters into double quotes)"),
