@@ -6,9 +6,8 @@ by deletion: a disjunction stays only if the others are satisfiable without it (
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-
-from pysat.solvers import Cadical153
 
 from dineros.metamodel import sym
 from dineros.metamodel.clauses import LiteralVariables, literal_text, value_names
@@ -46,8 +45,12 @@ def unsatisfiable_clauses(model: sym.SystemModel) -> list[Unsatisfiable]:
 
 def _minimal_core(clause: sym.InputClause) -> tuple[sym.Disjunction, ...] | None:
     """Return a minimal unsatisfiable subset of the disjunctions, or None for a satisfiable clause."""
-    variables = LiteralVariables(value_names)
     disjunctions = list(clause.disjunctions)
+    if _has_pure_literals(disjunctions):
+        return None
+    from pysat.solvers import Cadical153
+
+    variables = LiteralVariables(value_names)
     literals = [
         [variables.number(each.signal, each.value, each.negated) for each in disjunction.literals]
         for disjunction in disjunctions
@@ -64,6 +67,17 @@ def _minimal_core(clause: sym.InputClause) -> tuple[sym.Disjunction, ...] | None
             if not solver.solve(assumptions=others):
                 core = others
     return tuple(selectors[selector] for selector in core)
+
+
+def _has_pure_literals(disjunctions: Sequence[sym.Disjunction]) -> bool:
+    """Return whether each signal is true or false and has one sign throughout: that satisfies them all."""
+    literals = [literal for disjunction in disjunctions for literal in disjunction.literals]
+    signs = {(literal.signal, literal.negated) for literal in literals}
+    return (
+        all(disjunction.literals for disjunction in disjunctions)
+        and all(literal.value is None for literal in literals)
+        and len(signs) == len({signal for signal, _ in signs})
+    )
 
 
 def disjunction_text(disjunction: sym.Disjunction) -> str:

@@ -1,7 +1,8 @@
 """From the text of a clause to an expression, with bounds and error positions.
 
-Operators, the weakest first; ``->`` groups to the right, ``<->`` to the left, and a chain of ``&`` or ``|`` is
-one operation. It is read with a stack (Dijkstra's shunting yard), so that no nesting exhausts that of Python::
+The weakest operator comes first; ``->`` groups to the right, ``<->`` to the left, and a chain of ``&`` or
+``|`` is one operation. It is read with a stack (Dijkstra's shunting yard), so that no nesting exhausts that
+of Python::
 
     equivalence: implication ("<->" implication)*
     implication: disjunction ["->" implication]
