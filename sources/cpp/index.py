@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from dineros.sources.cpp.declarators import Parameter, function_of, name_of, parameters_of, used
 from dineros.sources.cpp.parsing import Source, path_of, text_of
+from dineros.sources.cpp.tables.enumerators import enumerators_of, value_of
 from dineros.sources.cpp.tables.headers import Headers
 from dineros.sources.cpp.tables.names import Named, without_branches
 from dineros.sources.cpp.tables.parameter_libraries import ParameterLibraries
@@ -102,6 +103,7 @@ class Index:
         self.functions: dict[str, list[Routine]] = {}
         self.aliases: dict[str, list[Named]] = {}
         self.constants: dict[str, list[Named]] = {}
+        self.enumerators: dict[str, list[Named]] = {}
         self.variables: dict[str, list[Named]] = {}
         self.components: list[tuple[str, str]] = []
         self.headers = Headers()
@@ -197,6 +199,17 @@ class Index:
         """Return the constant that a name means at a place."""
         return self._nearest(self._named("constants", self.constants, name), name, path, space)
 
+    def find_enumerator(self, name: str, path: str, space: str) -> int | None:
+        """Return the number of the enumerator that a name means at a place; None: unknown or ambiguous."""
+        every = self._named("enumerators", self.enumerators, name)
+        found = self._nearest(every, name, path, space)
+        if found is None:
+            return None
+        same = [each for each in every if each.full == found.full]
+        here = [each for each in same if each.path == path]
+        values = {value_of(each.node) for each in here or same}
+        return values.pop() if len(values) == 1 else None
+
     def find_variable(self, name: str, path: str, space: str) -> str | None:
         """Return the full name of the global variable, or static member, that a name means at a place."""
         found = self._named("variables", self.variables, name)
@@ -244,6 +257,7 @@ class Index:
             "functions": self.functions,
             "aliases": self.aliases,
             "constants": self.constants,
+            "enumerators": self.enumerators,
             "variables": self.variables,
         }
         if kind == "includes":
@@ -283,9 +297,12 @@ class Index:
                     self._visit_one(child, path, space, cls, names)
         elif kind in ("class_specifier", "struct_specifier"):
             self._class(node, path, space, templates)
+        elif kind == "enum_specifier":
+            self._enumeration(node, path, cls.full if cls is not None else space)
         elif kind == "function_definition":
             self._function(node, path, space, cls, templates)
         elif kind in ("alias_declaration", "type_definition"):
+            self._enumeration(node.child_by_field_name("type"), path, cls.full if cls is not None else space)
             self._alias(node, path, cls.full if cls else space)
         elif kind == "using_declaration" and cls is None:
             other = used(node)
@@ -336,6 +353,11 @@ class Index:
         else:
             self.functions.setdefault(routine.name, []).append(routine)
 
+    def _enumeration(self, node: Node | None, path: str, space: str) -> None:
+        if node is not None and node.type == "enum_specifier":
+            for last, around, each in enumerators_of(node, space):
+                self._name(self.enumerators, last, around, path, each)
+
     def _alias(self, node: Node, path: str, space: str) -> None:
         name = node.child_by_field_name("name") or node.child_by_field_name("declarator")
         kind = node.child_by_field_name("type")
@@ -352,6 +374,7 @@ class Index:
         kind = node.child_by_field_name("type")
         if kind is not None and kind.type in ("class_specifier", "struct_specifier"):
             self._class(kind, path, space, templates)
+        self._enumeration(kind, path, cls.full if cls is not None else space)
         default = node.child_by_field_name("default_value")
         is_static = any(each.type == "storage_class_specifier" for each in node.children)
         is_fixed = any(text_of(each) in ("const", "constexpr") for each in node.children)

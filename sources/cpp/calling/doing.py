@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING
 
 from dineros.sources.cpp.binding import bound
@@ -54,6 +55,7 @@ _OF_PARAMETERS = {
     *("add_post_set_parameters_callback", "set_on_parameters_set_callback"),
 }
 """Methods of nodes that get a callback of parameters."""
+_ENUMERATOR = re.compile(r"(?:[A-Za-z_]\w*::)*[A-Za-z_]\w*")
 _GOALS = {"succeed", "abort", "canceled", "publish_feedback"}
 
 
@@ -84,6 +86,8 @@ class Ros(Spinning):
 
     def call(self, call: Call) -> Value | None:
         """Return the result of a call of a library; None: an unknown call."""
+        if any(isinstance(each, (Open, Made)) for each in call.args):
+            call.args = [self._number(each, call) for each in call.args]
         found = self.maker.entity(call)
         if found is None:
             found = self._of_library(call)
@@ -121,6 +125,19 @@ class Ros(Spinning):
             self.machine.change(call.node, value, call.frame)
             return value
         return self._unknown(call, on)
+
+    def _number(self, value: Value, call: Call) -> Value:
+        """Return the number of an enumerator; other values as they are."""
+        name = ""
+        if isinstance(value, Open) and not value.parts:
+            name = value.text
+        elif isinstance(value, Made) and not value.args and not value.fields:
+            name = value.path
+        if not _ENUMERATOR.fullmatch(name) or self.machine.lookup(name, call.frame) is not None:
+            return value
+        space = call.frame.cls.full if call.frame.cls else call.frame.space
+        found = self.machine.index.find_enumerator(name, call.frame.path, space)
+        return value if found is None else Const(found)
 
     def _of_library(self, call: Call) -> Value | None:
         """Return the result of a call of parameters or loaders of plugins; None: another call."""

@@ -315,3 +315,36 @@ def test_callables_that_unknown_code_receives_are_read(
     (node,) = read_source(tmp_path).nodes
     found = [one.do for each in node.callbacks if each.kind == "event" for one in each.effects]
     assert found == effects
+
+
+ENUMERATIONS = """
+enum Depth { SMALL = 5, LARGE = SMALL, LARGER };
+enum class Side : int { LEFT, RIGHT = 0x10, NEXT };
+typedef enum { TICK = 50 } Period;
+"""
+ENUMERATED = """
+    a_ = create_publisher<std_msgs::msg::Bool>("a", SMALL);
+    b_ = create_publisher<std_msgs::msg::Bool>("b", rclcpp::QoS(Depth::LARGER));
+    c_ = create_publisher<std_msgs::msg::Bool>("c" + std::to_string(static_cast<int>(Side::NEXT)), QUEUE);
+    timer_ = create_wall_timer(std::chrono::milliseconds(TICK), [this]() {});
+"""
+
+
+def test_enumerators_are_numbers(tmp_path: Path) -> None:
+    found = read(tmp_path, ENUMERATED, ENUMERATIONS, "enum { FIRST, QUEUE };")
+    published = [(each.name, each.details["depth"]) for each in entities(found)]
+    assert published == [("a", 5), ("b", 6), ("c17", 1)]
+    assert entities(found, "timers")[0].details["period"] == 0.05
+
+
+@pytest.mark.parametrize(
+    ("before", "members"),
+    [
+        ("#ifdef WIDE\nenum { DEEP = 3 };\n#else\nenum { DEEP = 4 };\n#endif", ""),
+        ("enum { DEEP = WIDTH + 1 };", ""),
+        ("enum { DEEP = 3 };", "int DEEP = vendor::depth();"),
+    ],
+)
+def test_enumerators_that_are_not_known(tmp_path: Path, before: str, members: str) -> None:
+    found = read(tmp_path, 'a_ = create_publisher<std_msgs::msg::Bool>("a", DEEP);', before, members)
+    assert str(entities(found)[0].details["depth"]).startswith("open")
