@@ -298,6 +298,7 @@ class Maker:
 
     def callback(self, entity: Entity, role: str, kind: str, target: Value, owner: Obj) -> CallbackFact:
         """Give an entity a callback."""
+        target = self.machine.functor(target)
         name, place = place_of(target, entity.at)
         if place is None:
             fact = CallbackFact(shown(target), kind, entity.at, is_open=True)

@@ -207,6 +207,7 @@ FOLDERS = {
             "endings",
             "machine",
             "statics",
+            "operators",
             "expressions",
             "routines",
             "calls",

@@ -172,6 +172,12 @@ class Ros(Spinning):
             return Const("".join(topic.rpartition("/")[:2]) + "camera_info")
         if last == "bind" and args:
             return bound(args)
+        if path in ("std::make_tuple", "std::tie", "std::forward_as_tuple"):
+            return Made("std::tuple", args)
+        if path == "std::get" and args and (item := _item_of(args[0], given)) is not None:
+            return item
+        if path in ("std::make_optional", "std::optional") and len(args) == 1:
+            return args[0]
         if path.endswith(_AROUND) and args and isinstance(args[0], (Port, Made)):
             return args[0]
         if last in _SAME and args and (path.startswith("std::") or "::" not in path):
@@ -410,3 +416,10 @@ class Ros(Spinning):
         elif last in ("wait", "wait_for") and "future" in what.lower() and machine.role != "done callback":
             return self._await(call, None, call.args, "blocks")
         return None
+
+
+def _item_of(value: Value, given: list[Node]) -> Value | None:
+    """Return the item of a tuple or a pair with a number; None: not known."""
+    number = text_of(given[0]) if given else ""
+    parts = value.values if isinstance(value, Items) else value.args if isinstance(value, Made) else []
+    return parts[int(number)] if number.isdigit() and int(number) < len(parts) else None

@@ -87,6 +87,7 @@ CONTAINERS = {
         "set",
         "multimap",
         "forward_list",
+        *("queue", "priority_queue", "stack", "unordered_set", "multiset", "unordered_multimap"),
     )
 }
 """Classes of the standard library that hold items."""
@@ -341,7 +342,7 @@ class Calls(Routines):
     def invoke(self, called: Value, args: list[Value], node: Node, frame: Frame) -> Value:
         """Call a value."""
         found: list[Value] = []
-        several = options(called)
+        several = [self.functor(each) for each in options(called)]
         for each in several:
             with self.perhaps() if len(several) > 1 else nullcontext():
                 if isinstance(each, Lambda):

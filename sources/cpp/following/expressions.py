@@ -6,9 +6,9 @@ from collections.abc import Container
 from typing import TYPE_CHECKING
 
 from dineros.sources.cpp.following.durations import UNITS
-from dineros.sources.cpp.following.machine import MOST_CALLS, Machine, coerced
+from dineros.sources.cpp.following.machine import MOST_CALLS, coerced
+from dineros.sources.cpp.following.operators import Operators
 from dineros.sources.cpp.following.statics import global_lock
-from dineros.sources.cpp.index import ClassInfo, Routine
 from dineros.sources.cpp.operations import binary, number, text_literal
 from dineros.sources.cpp.parsing import path_of, text_of
 from dineros.sources.cpp.quality import CHAINED, RMW_PROFILE, of_rmw, with_member
@@ -62,7 +62,7 @@ def named(node: Node | None) -> list[Node]:
     return found
 
 
-class Expressions(Machine):
+class Expressions(Operators):
     """Evaluates expressions."""
 
     def run_block(self, node: Node | None, frame: Frame) -> None:
@@ -166,7 +166,8 @@ class Expressions(Machine):
                 if constant.node.type == "preproc_arg":
                     text = text_of(constant.node).strip()
                     return Const(text[1:-1]) if text[:1] == text[-1:] == '"' else number(text)
-                found = self.value(constant.node, Frame(constant.path, constant.full.rpartition("::")[0]))
+                inside = Frame(constant.path, constant.full.rpartition("::")[0])
+                found = self.braced(constant.node, inside) or self.value(constant.node, inside)
                 is_profile = isinstance(found, Items) and _declared_type(constant.node).endswith(RMW_PROFILE)
                 return Made(RMW_PROFILE, fields=of_rmw(found.values)) if is_profile else found  # type: ignore[attr-defined]
             finally:
@@ -183,13 +184,6 @@ class Expressions(Machine):
             return Method(routines, path.rpartition("::")[2])
         is_preset = path.startswith("rmw_qos_profile_")
         return Made(path) if "::" in path or is_preset else Open(path)
-
-    def methods(self, cls: ClassInfo, name: str) -> list[Routine]:
-        """Return the methods of a name that a class has or inherits."""
-        for each in self.bases(cls):
-            if name in each.methods:
-                return each.methods[name]
-        return []
 
     def _field_expression(self, node: Node, frame: Frame) -> Value:
         on = self.value(node.child_by_field_name("argument"), frame)
@@ -208,6 +202,9 @@ class Expressions(Machine):
         on = self.value(node.child_by_field_name("argument"), frame)
         indices = self.values(node.child_by_field_name("indices"), frame)
         index = indices[0] if indices else None
+        of_class = self.operated(on, "[]", indices, node)
+        if of_class is not None:
+            return of_class
         if isinstance(on, Items):
             if (
                 isinstance(index, Const)
@@ -265,6 +262,9 @@ class Expressions(Machine):
                 else Open(sign)
             )
         right = self.value(node.child_by_field_name("right"), frame)
+        of_class = self.operated(left, sign, [right], node)
+        if of_class is not None:
+            return of_class
         if sign == ">>" and right is NO_VALUE:  # a stream gives the variable a value
             self.assign(node.child_by_field_name("right"), Open(text_of(node)[:60]), frame)
         if sign == "<<" and isinstance(left, Made) and left.path.endswith("stringstream"):

@@ -118,7 +118,11 @@ class Loops(Fields):
 
     def _do_while_statement(self, node: Node, frame: Frame) -> None:
         with self._ending(node, frame), self.loop(node, frame):
-            self.values(node.child_by_field_name("condition"), frame)
+            for each in named(node.child_by_field_name("condition")):
+                if each.type == "declaration":
+                    self.run_block(each, frame)  # ``while (auto job = next())``
+                else:
+                    self.value(each, frame)
             self.run_block(node.child_by_field_name("body"), frame)
 
     @contextmanager

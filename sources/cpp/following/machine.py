@@ -107,6 +107,8 @@ class Machine(Ways):
         self.holders: dict[int, tuple[int, bool]] = {}
         """The object whose code made an entity, and whether a pointer of it holds only that, by id."""
         self.holding: list[str] = []
+        self.scoped: list[Obj] = []
+        """The objects that end with the current block."""
         self.ways_out: list[bool] = []
         """For each enclosing loop: whether it may end although its condition is not met."""
         self.assigned: dict[int, tuple[frozenset[str], bool]] = {}

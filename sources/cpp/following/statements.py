@@ -52,6 +52,8 @@ _TEMPLATE = re.compile(r"<.*>", re.DOTALL)
 """Arguments of a template: a list of pointers is a list."""
 _MOST_DELEGATIONS = 8
 """Limit of the constructors of a class that call each other."""
+_POINTERS = ("Ptr", "shared_ptr", "unique_ptr")
+"""Ends of types of pointers."""
 _OWN = ("Broadcaster", "Listener", "Updater", "ImageTransport")
 """Parts of names of classes of libraries that wrap a given node and are not equal to it."""
 
@@ -82,9 +84,12 @@ class Statements(Choices):
             return
         held = len(self.holding)
         value = node.child_by_field_name("value")
+        outer, self.scoped = self.scoped, []
         for each in named(node):
             if each != value:
                 self.run_block(each, frame)
+        inner, self.scoped = self.scoped, outer
+        self.destroy(inner, node)
         del self.holding[held:]
 
     def _do_expression_statement(self, node: Node, frame: Frame) -> None:
@@ -162,24 +167,37 @@ class Statements(Choices):
     def _declare(self, kind: Node | None, declarator: Node, node: Node, frame: Frame) -> None:
         name = name_of(declarator)
         inner = declarator.child_by_field_name("value") if declarator.type == "init_declarator" else None
+        if inner is None and declarator.type != "init_declarator":
+            inner = node.child_by_field_name("value")  # of ``if (auto helper = helper_)``
         function = function_of(declarator)
         is_auto = kind is not None and kind.type == "placeholder_type_specifier"
         if inner is not None and inner.type == "initializer_list" and _is_array(declarator):
             value = self.value(inner, frame)
         elif inner is not None and inner.type in ("initializer_list", "argument_list") and not is_auto:
-            value = self._made(kind, self.values(inner, frame), declarator, frame)
+            value = self.declared(kind, self.values(inner, frame), declarator, frame)
         elif inner is not None:
             value = coerced(text_of(kind), self.value(inner, frame))
         elif function is not None:  # an apparent function is a variable with arguments
             name = path_of(function.child_by_field_name("declarator"))
             parameters = named(function.child_by_field_name("parameters"))
             args = [self._as_argument(each, frame) for each in parameters]
-            value = self._made(kind, args, declarator, frame)
+            value = self.declared(kind, args, declarator, frame)
         else:
-            value = self._made(kind, [], declarator, frame)
+            value = self.declared(kind, [], declarator, frame)
             if isinstance(value, Obj) and value.node is None:
                 value.is_held = True
+        target = declarator.child_by_field_name("declarator")
+        if target is not None and target.type == "reference_declarator":
+            target = named(target)[-1]
+        if target is not None and target.type == "structured_binding_declarator":
+            parts = value.values if isinstance(value, Items) else getattr(value, "args", [])
+            for number, each in enumerate(named(target)):
+                known = number < len(parts)
+                frame.values[text_of(each)] = parts[number] if known else Open(text_of(each))
+            return
         frame.values[name] = value
+        if isinstance(value, Obj) and _is_made_here(kind, declarator, inner):
+            self.scoped.append(value)
 
     def _as_argument(self, parameter: Node, frame: Frame) -> Value:
         """Return the value of what looks like a parameter: a name, or a call without arguments."""
@@ -193,7 +211,8 @@ class Statements(Choices):
             return self.invoke(value, [], parameter, frame)
         return value
 
-    def _made(self, kind: Node | None, args: list[Value], node: Node, frame: Frame) -> Value:
+    def declared(self, kind: Node | None, args: list[Value], node: Node, frame: Frame) -> Value:
+        """Return the value of a declaration with arguments."""
         text = text_of(kind)
         if (
             kind is None
@@ -201,8 +220,8 @@ class Statements(Choices):
             or (text.startswith(("std::string", "string")) and "stream" not in text)
         ):
             return coerced(text, args[0]) if args else NO_VALUE
-        if path_of(kind).endswith(("Ptr", "shared_ptr", "unique_ptr")) and args:
-            return args[0]
+        if args and (path_of(kind).endswith(_POINTERS) or self.type_text(kind, frame).endswith(_POINTERS)):
+            return args[0]  # also under another name: ``using Client = rclcpp::Client<Ask>::SharedPtr``
         is_declared = node.type.endswith("declarator")
         if text_of(node).startswith("*") if is_declared else "*" in _TEMPLATE.sub("", text):
             return args[0] if args else Const(None)
@@ -316,7 +335,7 @@ class Statements(Choices):
                     self.turns.pop()
                 return Items(made, value.is_open)
             return value
-        return self._made(kind, value.values, node, frame)
+        return self.declared(kind, value.values, node, frame)
 
     def _bases(
         self,
@@ -394,14 +413,29 @@ class Statements(Choices):
                 return args[0]
             if cls is not None and args[0].cls is not None and cls in self.bases(args[0].cls):
                 return args[0]
-        return self._made(kind, args, where, frame)
+        return self.declared(kind, args, where, frame)
 
     def _is_value(self, kind: Node, cls: ClassInfo, name: str, frame: Frame) -> bool:
         """Return whether a member without arguments is an object or a list, and not a pointer."""
         if kind.type not in ("type_identifier", "qualified_identifier", "template_type"):
             return False
-        path = path_of(kind)
-        return not path.endswith(("Ptr", "_ptr")) and "weak" not in path
+        return not any(
+            each.endswith(("Ptr", "_ptr")) or "weak" in each
+            for each in (path_of(kind), self.type_text(kind, frame))
+        )
+
+
+def _is_made_here(kind: Node | None, declarator: Node, value: Node | None) -> bool:
+    """Return whether a variable is an object that ends with its block: no pointer, and no reference."""
+    text = "" if value is None else text_of(value)
+    if kind is None or kind.type == "placeholder_type_specifier":
+        return False
+    target = (
+        declarator.child_by_field_name("declarator") if declarator.type == "init_declarator" else declarator
+    )
+    is_plain = target is not None and target.type not in ("reference_declarator", "pointer_declarator")
+    is_pointer = path_of(kind).endswith(("Ptr", "_ptr"))
+    return is_plain and not is_pointer and not text.startswith(("*", "&"))
 
 
 def _is_array(declarator: Node) -> bool:

@@ -1,0 +1,88 @@
+"""Methods that C++ calls without a name: operators and destructors; constants in braces."""
+
+from __future__ import annotations
+
+from contextlib import nullcontext
+from typing import TYPE_CHECKING
+
+from dineros.sources.branches import Leave
+from dineros.sources.cpp.following.machine import Machine
+from dineros.sources.cpp.index import ClassInfo, Routine
+from dineros.sources.cpp.parsing import text_of
+from dineros.sources.cpp.values import Either, Frame, Method, Obj, Value, options
+
+if TYPE_CHECKING:
+    from tree_sitter import Node
+
+_BRACED = ("std::string", "string", "std::chrono::", "rclcpp::QoS", "rclcpp::Duration")
+"""Types of constants in braces."""
+
+
+class Operators(Machine):
+    """Calls operators and destructors of classes of the folder."""
+
+    def braced(self, node: Node, frame: Frame) -> Value | None:
+        """Return a constant that is written in braces or parentheses; None: another one, or of a class."""
+        declarator = node.parent
+        declaration = declarator.parent if declarator is not None else None
+        kind = declaration.child_by_field_name("type") if declaration is not None else None
+        if node.type not in ("initializer_list", "argument_list") or kind is None or declarator is None:
+            return None
+        is_plain = kind.type in ("primitive_type", "sized_type_specifier")
+        inner = declarator.child_by_field_name("declarator")
+        if (inner is not None and inner.type == "array_declarator") or not (
+            is_plain or text_of(kind).startswith(_BRACED)
+        ):
+            return None
+        return self.declared(kind, self.values(node, frame), node, frame)
+
+    def declared(self, kind: Node | None, args: list[Value], node: Node, frame: Frame) -> Value:
+        """Return the value of a declaration with arguments."""
+        raise NotImplementedError
+
+    def operated(self, on: Value, sign: str, args: list[Value], node: Node) -> Value | None:
+        """Call an operator that a class of the folder has; None: no class has it."""
+        able = [
+            (each, routines)
+            for each in options(on)
+            if isinstance(each, Obj) and each.cls and (routines := self.methods(each.cls, f"operator{sign}"))
+        ]
+        found: list[Value] = []
+        for each, routines in able:
+            with self.perhaps() if len(options(on)) > 1 else nullcontext():
+                found.append(self.run(routines, args, each, node, []))
+        return None if not found else found[0] if len(found) == 1 else Either(tuple(found))
+
+    def run(
+        self, routines: list[Routine], args: list[Value], this: Obj | None, node: Node, types: list[str]
+    ) -> Value:
+        """Run a routine of the folder."""
+        raise NotImplementedError
+
+    def methods(self, cls: ClassInfo, name: str) -> list[Routine]:
+        """Return the methods of a name that a class has or inherits."""
+        for each in self.bases(cls):
+            if name in each.methods:
+                return each.methods[name]
+        return []
+
+    def functor(self, value: Value) -> Value:
+        """Return the method that a call of an object calls; other values as they are."""
+        if isinstance(value, Obj) and value.cls is not None:
+            routines = self.methods(value.cls, "operator()")
+            return Method(routines, "operator()", value) if routines else value
+        return value
+
+    def destroy(self, objects: list[Obj], node: Node) -> None:
+        """Run the destructors of a block's objects, the last one first; a ``return`` comes after them."""
+        for each in reversed(objects):
+            routines = self.methods(each.cls, f"~{each.cls.name}") if each.cls is not None else []
+            if not routines or each.node is not None:
+                continue
+            outer, self.block = self.block, []
+            try:
+                self.run(routines, [], each, node, [])
+            finally:
+                done, self.block = self.block, outer
+            at = len(outer) - 1 if outer and isinstance(outer[-1], Leave) else len(outer)
+            outer[at:at] = done
