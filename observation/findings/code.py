@@ -202,7 +202,7 @@ def _endless(callback: CallbackFact, node: NodeFact) -> Iterator[tuple[Place, Fi
         for effect in callback.effects:
             if effect.do == "loop" and effect.how.startswith(ONE_VALUE):
                 yield effect.at, _loop(effect, callback, node, who)
-            elif effect.do == "wait" and effect.how == NEVER_SET:
+            elif effect.do == "wait" and effect.how.endswith(NEVER_SET):
                 yield effect.at, never_set(callback, node, effect, who)
     for effect in callback.effects if callback.is_apart else ():
         if effect.do == "call" and effect.how == "blocks, without time-out":

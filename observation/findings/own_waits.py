@@ -74,7 +74,7 @@ def own_waits(
                 continue
             found = OWN.found(node.name, callback.name, who=who, words=words)
             yield effect.at, replace(found, severity="warning") if is_open(node.threads) else found
-        elif effect.do == "wait" and effect.how == NEVER_SET:
+        elif effect.do == "wait" and effect.how.endswith(NEVER_SET):
             yield effect.at, never_set(callback, node, effect, who)
         elif effect.do == "wait" and (why := _never_meanwhile(callback, node, effect, nodes)):
             found = OWN.found(node.name, callback.name, who=who, words=f"waits for {effect.what}, {why}")

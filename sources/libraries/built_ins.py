@@ -22,6 +22,7 @@ from dineros.sources.language.values import (
     Value,
     constant,
     hole,
+    is_none,
     join,
     options,
 )
@@ -44,6 +45,7 @@ class BuiltIns:
             of_class = self.machine.special(first, f"__{name}__", [], node, frame)
             if of_class is not None:
                 return of_class
+        self._call_keys(name, args, keys, node, frame)
         found = call_built_in(name, args, name)
         if found is not None:
             return found
@@ -112,6 +114,17 @@ class BuiltIns:
             values, _ = self.machine.turns(first)
             return join(values) if values else Open("next")
         return Open(name)
+
+    def _call_keys(self, name: str, args: list[Value], keys: Keys, node: ast.AST, frame: Frame) -> None:
+        """Call the function that a built-in function gets for each element: a key, or a test."""
+        function = keys.get("key") if name in ("sorted", "min", "max") else None
+        if name == "filter" and len(args) == 2:
+            function = args[0]
+        if function is None or is_none(function) or not args:
+            return
+        values, _ = self.machine.turns(args[-1])
+        with self.machine.perhaps(is_loop=True):
+            self.machine.call(function, [join(values) if values else Open("element")], {}, node, frame)
 
     def _any_attribute(self, args: list[Value], node: ast.AST, frame: Frame) -> Value:
         """Return the possible attributes of an object whose names are partly known."""

@@ -177,6 +177,7 @@ FOLDERS = {
             "values",
             "operations",
             "quality",
+            "durations",
             "following",
         ),
         *("keeping", "binding", "waiting", "interpreting"),
@@ -199,7 +200,6 @@ FOLDERS = {
     ],
     "sources/cpp/following": [
         *(
-            "durations",
             "answers",
             "reach",
             "reached",

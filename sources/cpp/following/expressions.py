@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Container
 from typing import TYPE_CHECKING
 
-from dineros.sources.cpp.following.durations import UNITS
+from dineros.sources.cpp.durations import UNITS
 from dineros.sources.cpp.following.machine import MOST_CALLS, coerced
 from dineros.sources.cpp.following.operators import Operators
 from dineros.sources.cpp.following.statics import global_lock

@@ -31,7 +31,7 @@ def mark_never_notified(nodes: Iterable[NodeFact], sources: Iterable[Source]) ->
         if _has_no_predicate(effect, name, texts) and not any(
             _may_notify(each, name) for each in texts.values()
         ):
-            effect.how = NEVER_SET
+            effect.how += NEVER_SET
 
 
 def _has_no_predicate(effect: Effect, name: bytes, texts: dict[str, bytes]) -> bool:

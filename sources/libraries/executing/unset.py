@@ -22,8 +22,8 @@ def mark_never_set(modules: Modules, waits: Iterable[tuple[Effect, Place]]) -> N
     """
     known = list(modules.all.values())
     for effect, made_at in waits:
-        if effect.how != NEVER_SET and _is_never_set(known, made_at):
-            effect.how = NEVER_SET
+        if not effect.how.endswith(NEVER_SET) and _is_never_set(known, made_at):
+            effect.how += NEVER_SET
 
 
 def _is_never_set(modules: list[Module], made_at: Place) -> bool:

@@ -108,7 +108,7 @@ def test_a_guard_that_tries_does_not_wait_but_holds(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("code", "name", "how", "timeout"),
     [
-        ("cv_.wait(lock);", "cv_", "condition variable, without time-out", None),
+        ("cv_.wait(lock);", "cv_", "condition variable, without time-out, and no code sets it", None),
         ("cv_.wait(lock, [this] { return ready_; });", "cv_", "condition variable, without time-out", None),
         ("cv_.wait_for(lock, 500ms);", "cv_", "condition variable, time-out 0.5 s", 0.5),
         ("cv_.wait_until(lock, later());", "cv_", "condition variable, time-out that is open", None),
@@ -129,7 +129,7 @@ def test_waits_for_other_threads_are_named(
 def test_a_condition_variable_gives_its_lock_back_while_it_waits(tmp_path: Path) -> None:
     code = "m_.lock(); std::unique_lock<std::mutex> lock(n_); cv_.wait(lock); pub_->publish(*msg);"
     assert _done(tmp_path, code)[2:] == [
-        ("wait", "cv_", "condition variable, without time-out", ("m_",)),
+        ("wait", "cv_", "condition variable, without time-out, and no code sets it", ("m_",)),
         ("publish", "pub_", "", ("m_", "n_")),
     ]
 

@@ -59,6 +59,8 @@ def tick(self):
         ("for each in self.lines: pass", "always"),
         ("return [each for each in self.lines]", "always"),
         ("return list(self.lines)", "always"),
+        ("return sorted([1, 2], key=self.remote.ask)", "in a loop"),
+        ("return list(filter(self.remote.ask, [1, 2]))", "in a loop"),
         ("remote = self.remote\n    remote += 1", "always"),
         ("return self.remote is None", ""),
         ("return self.remote", ""),
