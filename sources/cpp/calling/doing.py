@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from dineros.sources.cpp.binding import bound
 from dineros.sources.cpp.calling.ports import SELF
 from dineros.sources.cpp.calling.spinning import Spinning
-from dineros.sources.cpp.following.calls import Call
 from dineros.sources.cpp.durations import duration
+from dineros.sources.cpp.following.calls import Call
 from dineros.sources.cpp.following.machine import coerced, is_node
 from dineros.sources.cpp.following.statements import Statements
 from dineros.sources.cpp.interpreting.formatting import formatted, of_text
