@@ -36,6 +36,10 @@ class Operators(Machine):
             return None
         return self.declared(kind, self.values(node, frame), node, frame)
 
+    def values(self, node: Node | None, frame: Frame) -> list[Value]:
+        """Return the values of arguments."""
+        raise NotImplementedError
+
     def declared(self, kind: Node | None, args: list[Value], node: Node, frame: Frame) -> Value:
         """Return the value of a declaration with arguments."""
         raise NotImplementedError
