@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dineros.analysis.bounds.followed import require_held
+from dineros.analysis.bounds.followed import Requests, require_held
 from dineros.analysis.bounds.solving import Solved
 from dineros.analysis.bounds.tasks import Task
 from dineros.analysis.bounds.work import NotBoundedError
 from dineros.analysis.latencies.histories import history_name
 from dineros.metamodel import sym
-from dineros.metamodel.callbacks.waiting import goal_counts, outstanding_counts
+from dineros.metamodel.callbacks.waiting import goal_counts
 from dineros.metamodel.calls import HISTORY_DEPTH, UNLIMITED
 from dineros.metamodel.elements import channels, node_nets
 
@@ -40,20 +40,20 @@ def histories_of_calls(
         reason = "a managed node loses what it has not taken when it stops" if comes_and_goes else reason
         found[history_name(kind, place)] = (longest, False if is_kept else None), reason
 
-    under_way = outstanding_counts(model)
+    requests = Requests(model)
     for service in channels(model, sym.ServiceChannel):
         depth = int(service.depth)
         served = [task for task in tasks if task.server is service.server and task in solved.waited]
-        longest = min(solved.waited[served[0]].longest, served[0].held) if served else None
-        if longest is None or longest > depth:
-            longest = _held(service, under_way)
+        held = _held(service, requests)
+        longest = solved.waited[served[0]].longest if served else None
+        if longest is None or (held is not None and held < longest):
+            longest = held
         longest = None if longest is None or longest > depth else longest
         tasks_of = [task for task in tasks if task.server is service.server]
         reason = next((solved.reasons[task] for task in tasks_of if task in solved.reasons), _DEEPER)
         add("request", service.server.entry, depth, longest, reason)
         for client in service.clients:
-            most = under_way[client]
-            add("response", client.response, depth, None if most == UNLIMITED else most, _ANY)
+            add("response", client.response, depth, requests.of(client), _ANY)
     goals = goal_counts(model)
     for action in channels(model, sym.ActionChannel):
         sent = [goals[sender] for sender in action.clients]
@@ -70,11 +70,10 @@ def histories_of_calls(
     return found
 
 
-def _held(service: sym.ServiceChannel, under_way: dict[sym.ClientPort, int]) -> int | None:
+def _held(service: sym.ServiceChannel, requests: Requests) -> int | None:
     """Return how many requests clients have under way at once at most; None without a limit."""
-    counts = [under_way[client] for client in service.clients]
     try:
         require_held(service.server)
     except NotBoundedError:
         return None
-    return None if UNLIMITED in counts else sum(counts)
+    return requests.all_of(service.clients)

@@ -131,6 +131,7 @@ def _in_turn(task: Task, around: Around) -> Waited:
         timers = sum(each.most for each in tasks if each.is_timer)
         return _waited(task, whole + timers - task.most, 1)
     depth = task.held
+    assert depth is not None, "a node that keeps an order has no servers"
     start = depth * whole + whole - task.most
     curve = around.curves[task]
     longest = depth + 1
@@ -217,10 +218,10 @@ def least_window(need: Callable[[int], int], start: int = 0) -> int | None:
 
 def _reentrant(task: Task, around: Around, shared: _Shared) -> Waited | None:
     start = least_window(shared.within) if shared.load < 1 else None
-    if start is None:
+    curve, held = around.curves[task], task.held
+    if start is None or (curve is None and held is None):
         return None
-    curve = around.curves[task]
-    return _waited(task, start, task.held + 1 if curve is None else curve.within(start))
+    return _waited(task, start, (held or 0) + 1 if curve is None else curve.within(start))
 
 
 _Others = list[tuple[Curve, Task]]
@@ -229,7 +230,11 @@ _Others = list[tuple[Curve, Task]]
 def _with_full_histories(task: Task, around: Around, others: _Others, shared: _Shared) -> Waited | None:
     """Return bounds that hold however often the task is released."""
     running = max((each.most for each in task.lane.tasks if not each.is_held), default=0)
-    waiting = (task.held - 1) * task.most + sum(other.held * other.most for _, other in others)
+    held = task.held
+    held_by_others = [other.held * other.most for _, other in others if other.held is not None]
+    if held is None or len(held_by_others) < len(others):
+        return None
+    waiting = (held - 1) * task.most + sum(held_by_others)
 
     def need(window: int) -> int:
         released = sum(curve.within(window) * other.most for curve, other in others)
@@ -239,7 +244,7 @@ def _with_full_histories(task: Task, around: Around, others: _Others, shared: _S
     if start is None:
         return None
     curve = around.curves[task]
-    return _waited(task, start, task.held + 1 if curve is None else curve.within(start))
+    return _waited(task, start, held + 1 if curve is None else curve.within(start))
 
 
 def _in_any_order(task: Task, around: Around, others: _Others, shared: _Shared) -> Waited | None:

@@ -4,9 +4,9 @@ Times are counted in units of their greatest common divisor, so that all arithme
 
 A callback that waits for responses has no bound, and so has no other one of its lane. But a timer runs at
 most once for a tick, however long that takes; so what it publishes and asks for is bounded. Requests are
-followed where the client waits for each response and never gives up: then it has at most as many under way as
-it may have outstanding. A request waits for an instance of its server only while the server's lane works, as
-an instance is free at once when its run has ended, and each run gives one response.
+followed where the client waits for each response and never gives up: then each of its runs has at most as
+many under way as it may have outstanding. A request waits for an instance of its server only while the
+server's lane works, as an instance is free at once when its run has ended, and each run gives one response.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import math
 from collections.abc import Iterable
 from fractions import Fraction
 
-from dineros.analysis.bounds.followed import clients_of, require_held, slots_of, why_not_followed
+from dineros.analysis.bounds.followed import Requests, clients_of, require_held, slots_of, why_not_followed
 from dineros.analysis.bounds.tasks import EngineReader, Lane, Source, Task, is_of_engine
 from dineros.analysis.bounds.work import NotBoundedError, Works
 from dineros.metamodel import pn, sym
@@ -56,6 +56,8 @@ class Tasks:
     all : list of Task
     readers : dict from sym.SubscriberPort to EngineReader
         Histories that engines read.
+    requests : Requests
+        How many requests clients have under way.
     unit : Fraction
         Seconds of a unit of time.
     """
@@ -63,6 +65,7 @@ class Tasks:
     def __init__(self, model: sym.SystemModel) -> None:
         self.model = model
         self.works = Works(model)
+        self.requests = Requests(model)
         self.all: list[Task] = []
         self.readers: dict[sym.SubscriberPort, EngineReader] = {}
         with unchanged():
@@ -118,6 +121,8 @@ class Tasks:
 
     def _read_task(self, task: Task) -> None:
         page, lane = task.page, task.lane
+        if task.server is not None:
+            task.requests = self.requests.all_of(clients_of(task.server))
         self.all.append(task)
         lane.tasks.append(task)
         if page.kind == sym.CallbackKind.timer and readers_of(page):

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from dineros.analysis.bounds.followed import clients_of
 from dineros.analysis.bounds.work import Work
 from dineros.metamodel import sym
 from dineros.metamodel.callbacks.groups import runs_callbacks
@@ -101,6 +100,8 @@ class Task:
     """Of a subscription."""
     server: sym.ServerPort | None = None
     """What gets the requests that release it."""
+    requests: int | None = None
+    """How many requests its clients have under way at once; None without a limit."""
     is_held: bool = False
     """Whether what it works on counts among those that it holds: a client has its response not before the run
     has ended.
@@ -112,10 +113,13 @@ class Task:
         return self.page.kind == sym.CallbackKind.timer
 
     @property
-    def held(self) -> int:
-        """How many of its messages, requests or ticks wait at once, at most; or are under way (`is_held`)."""
+    def held(self) -> int | None:
+        """How many of its messages, requests or ticks wait at once, at most; or are under way (`is_held`).
+
+        None without a limit.
+        """
         if self.server is not None:
-            return sum(max(1, each.outstanding or 0) for each in clients_of(self.server))
+            return self.requests
         return 1 if self.reader is None else int(self.reader.limit)
 
     @property

@@ -33,7 +33,16 @@ from dineros.metamodel.callbacks.groups import (
     works_on_goals,
 )
 from dineros.metamodel.calls import UNLIMITED, answers, exits
-from dineros.metamodel.elements import arcs, channels, node_net_of, pages, places, resolve, transitions
+from dineros.metamodel.elements import (
+    arcs,
+    channels,
+    node_net_of,
+    pages,
+    places,
+    resolve,
+    system_model_of,
+    transitions,
+)
 
 _MOST_SLOTS = 3
 """Maximum number of slots of an action that has one slot for each thread of its server."""
@@ -64,18 +73,49 @@ def outstanding(client: sym.ClientPort) -> int:
     return outstanding_counts(model)[client]
 
 
-def outstanding_counts(model: sym.SystemModel) -> dict[sym.ClientPort, int]:
-    """Return the maximum number of requests under way of each client of a model, as for `outstanding`."""
+def outstanding_counts(model: sym.SystemModel, runs_overlap: bool = False) -> dict[sym.ClientPort, int]:
+    """Return the maximum number of requests under way of each client of a model, as for `outstanding`.
+
+    Parameters
+    ----------
+    model : sym.SystemModel
+        The model.
+    runs_overlap : bool
+        Whether each run of a callback counts that may overlap with others and waits for its own response. In
+        nets without times one is enough: the threads run out, however many requests there are.
+    """
     services = channels(model, sym.ServiceChannel)
     counts = {client: client.outstanding or 1 for service in services for client in service.clients}
     if model.middleware != sym.Middleware.ros2:
         return counts
     silent = [each for each in counts if each.outstanding is None and _sends_freely(each)]
     waiting = Waiting(model) if silent else None
+    runs = {client: _runs_asking(client) for client in silent} if runs_overlap else {}
+    overlapping = Waiting(model, runs_overlap=True) if max(runs.values(), default=1) > 1 else None
     for client in silent:
         if waiting is not None and not waiting.waits(client):
             counts[client] = UNLIMITED
+        elif overlapping is not None and not overlapping.waits(client):
+            counts[client] = runs[client]
     return counts
+
+
+def _runs_asking(client: sym.ClientPort) -> int:
+    """Return how many runs of callbacks can wait at once for responses to a client; copies count once."""
+    place = resolve(client.request)
+    model = system_model_of(client)
+    into = () if model is None else (each for each in arcs(model) if resolve(each.target) is place)
+    pages = {callback_page_of(each.source) for each in into}
+    runs = [_runs_at_once(page) for page in pages if page is not None]
+    return sum(runs) if max(runs, default=1) > 1 else 1
+
+
+def _runs_at_once(page: sym.CallbackPage) -> int:
+    if page.kind == sym.CallbackKind.server or works_on_goals(page):
+        return 1
+    group, node = group_or_node(page), node_net_of(page)
+    is_reentrant = isinstance(group, sym.CallbackGroup) and group.kind == sym.CallbackGroupKind.reentrant
+    return threads_of(node) if node is not None and (group is None or is_reentrant) else 1
 
 
 def _sends_freely(client: sym.ClientPort) -> bool:

@@ -103,7 +103,7 @@ def flatten(
     engine = Engine(working)
     if not is_ros2:
         _block_clients(working)
-    _count_what_is_under_way(working)
+    _count_what_is_under_way(working, times)
     with settled(working) if times else nullcontext():
         prototypes = _instantiate(working, engine, instances)
         _override_instances(working, engine)
@@ -204,9 +204,9 @@ def _block_clients(working: sym.SystemModel) -> None:
             client.outstanding = 1
 
 
-def _count_what_is_under_way(working: sym.SystemModel) -> None:
+def _count_what_is_under_way(working: sym.SystemModel, times: bool) -> None:
     """Set the numbers of requests or goals under way of clients, and the numbers of slots of actions."""
-    requests, goals = outstanding_counts(working), goal_counts(working)
+    requests, goals = outstanding_counts(working, runs_overlap=times), goal_counts(working)
     for slots in free_slots(working, goals):
         slots.action.instances = slots.number
     for client, number in requests.items():
