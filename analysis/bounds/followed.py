@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from dineros.analysis.bounds.work import NotBoundedError
-from dineros.metamodel import sym
+from dineros.metamodel import pn, sym
 from dineros.metamodel.callbacks.groups import callback_page_of, holds_thread, runs_callbacks, works_on_goals
 from dineros.metamodel.callbacks.waiting import outstanding_counts
 from dineros.metamodel.calls import UNLIMITED
-from dineros.metamodel.elements import channels, label, node_net_of
+from dineros.metamodel.elements import channels, label, node_net_of, resolve
 from dineros.metamodel.times.given import runs_at_once
 from dineros.metamodel.times.paces import slots
+from dineros.metamodel.times.runs import only_put_by
 
 
 def why_not_followed(page: sym.CallbackPage, is_exclusive: bool, is_server: bool) -> str:
@@ -50,6 +51,10 @@ def slots_of(page: sym.CallbackPage) -> int | None:
     return sum(numbers) if numbers and works_on_goals(page) and holds_thread(page) else None
 
 
+_COPIED = {sym.CallbackKind.server, sym.CallbackKind.goal}
+"""Callbacks of which each instance and each slot has a copy."""
+
+
 class Requests:
     """How many requests clients have under way at once, all runs and copies of their callbacks together.
 
@@ -69,8 +74,12 @@ class Requests:
     def of(self, client: sym.ClientPort) -> int | None:
         """Return how many requests of a client are under way at most; None without a limit."""
         number, page = self._counts[client], callback_page_of(client.request)
-        copies = 1 if page is None else self._copies_of(page)
-        return None if number == UNLIMITED or copies is None else number * copies
+        place = resolve(client.request)
+        if page is not None:
+            copies = self._copies_of(page)
+        elif isinstance(place, pn.Place):  # all copies of a page can share a place next to it
+            copies = _sum(self._copies_of(each) for each in only_put_by(place) or () if each.kind in _COPIED)
+        return None if number == UNLIMITED or copies is None else number * max(1, copies)
 
     def all_of(self, clients: Iterable[sym.ClientPort]) -> int | None:
         """Return the sum for some clients."""

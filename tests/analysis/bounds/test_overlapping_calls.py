@@ -13,7 +13,7 @@ from dineros.analysis.answers.budget import Budget
 from dineros.analysis.bounds.answers import Bounds
 from dineros.analysis.timed_checks.timed_check import check_timed
 from dineros.metamodel import sym
-from dineros.metamodel.build import callback, node_net, place, seconds, step
+from dineros.metamodel.build import callback, here, node_net, place, seconds, step
 from dineros.metamodel.constraints import validate
 from dineros.metamodel.elements import channels, find
 from tests.analysis.bounds.test_no_bound_is_too_low import require_above, require_kept
@@ -99,7 +99,7 @@ def test_no_bound_is_too_low() -> None:
     assert systems > SEEDS / 8 and bounded > systems / 2, (systems, bounded)
 
 
-def goals_that_call(slots: int, execution: str = "callbacks") -> sym.SystemModel:
+def goals_that_call(slots: int, execution: str = "callbacks", is_shared: bool = False) -> sym.SystemModel:
     """Return an action whose goals each call a service that takes up to 0.06 s."""
     model = sym.SystemModel(id="m", middleware="ros2", times=sym.DefaultTimes(latency=seconds(0, 0.001)))
     driver = node_net(model, "driver", execution=execution)
@@ -108,9 +108,11 @@ def goals_that_call(slots: int, execution: str = "callbacks") -> sym.SystemModel
     else:
         driver.reaction = seconds(0, 0.01)
     page = callback(driver, "Drive", "goal")
-    goal, request, response, there = (place(page, each) for each in ("Goal", "Ask", "Answer", "There"))
+    goal, there = place(page, "Goal"), place(page, "There")
+    request, response = (place(driver if is_shared else page, each) for each in ("Ask", "Answer"))
     for number, (before, after) in enumerate([(goal, request), (response, there)]):
-        step(page, f"Step{number}", [before], [after]).interval = seconds(0, 0.01)
+        made = step(page, f"Step{number}", [here(before, page)], [here(after, page)])
+        made.interval = seconds(0, 0.01)
     look = callback(node_net(model, "eye", execution="callbacks"), "Look", "server")
     look.duration = seconds(0.03, 0.06)
     entry, exit_ = place(look, "In"), place(look, "Out")
@@ -143,6 +145,12 @@ def test_each_slot_of_an_action_has_a_request_of_its_own(slots: int, execution: 
     found = Bounds(model).response(find(model, "Look", sym.CallbackPage)).greatest
     assert found is None or found.value == slots * Fraction("0.06")
     assert execution == "net" or found is not None
+
+
+def test_slots_can_share_the_places_of_a_call() -> None:
+    model = goals_that_call(3, is_shared=True)
+    found = Bounds(model).response(find(model, "Look", sym.CallbackPage)).greatest
+    assert found is None or found.value == Fraction("0.18")
 
 
 def test_requests_of_goals_fit_into_the_history_of_the_server_or_not() -> None:
