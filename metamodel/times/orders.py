@@ -14,6 +14,7 @@ from dineros.metamodel import pn, pnm, sym
 from dineros.metamodel.callbacks.bodies import Body
 from dineros.metamodel.callbacks.groups import has_clients, readers_of, runs_callbacks, threads_of
 from dineros.metamodel.elements import arcs, nodes, resolve, system_model_of
+from dineros.metamodel.times.given import lifespan_between
 from dineros.metamodel.times.runs import places_of_ports
 
 _KINDS = (sym.CallbackKind.timer, sym.CallbackKind.subscriber)
@@ -72,6 +73,9 @@ def _why_not_at_once(page: sym.CallbackPage, away: Collection[pn.Node | None], m
     if len(readers) != 1:
         return f"{page.id} is not called by one subscription"
     (reader,) = readers
+    writers = () if reader.channel is None else reader.channel.publishers
+    if any(lifespan_between(each, reader) is not None for each in writers):
+        return f"a message for {page.id} may expire in a wait result"
     place = reader.place
     takes = [each for each in place.outgoing if each.kind == pn.ArcKind.normal]
     puts = [each for each in place.incoming if not isinstance(each.page, pnm.Sheet)]

@@ -130,6 +130,30 @@ def test_a_few(seed: int) -> None:
     compared(seed)
 
 
+def test_a_message_that_expires_in_a_wait_result_stops_no_executor() -> None:
+    """The executor goes on with what else is ready: ticks come every 5, and no run takes longer than 3."""
+    node = {"node": "n", "group": "default"}
+    timer = {"name": "tick", **node, "period": 5, "offset": [0, 3], "jitter": 1}
+    reader = {"name": "hears", **node, "topic": "t", "depth": 2}
+    system: System = {
+        "nodes": {"n": {"threads": 1, "order": "rclcpp"}},
+        "latency": {"t": (1, 1)},
+        "lifespan": {"t": 2},
+        "deadline": {},
+        "chains": [],
+        "callbacks": [
+            {**timer, "script": [["work", 2, 2], ["publish", "t"]]},
+            {**reader, "script": [["work", 1, 3]]},
+        ],
+    }
+    program = Watching(system)
+    seen = program.explore(MOST_STATES)
+    assert seen.missed == set() and program.expired == {"hears"}
+    subject = timed_base_subject(model(system))
+    found = by_classes(subject, explore_timed(subject.timed, CLASSES))
+    assert found == Facts(seen.longest, seen.lost, seen.missed, program.expired)
+
+
 @pytest.mark.long
 def test_many() -> None:
     found = [facts for seed in range(SEEDS) if (facts := compared(seed)) is not None]
