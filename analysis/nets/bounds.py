@@ -26,7 +26,7 @@ import numpy as np
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.graph_parts import strongly_connected_parts
 from dineros.analysis.nets.linear_programs import LinearProgram, in_whole_numbers
-from dineros.analysis.nets.semiflows import in_order, semiflows
+from dineros.analysis.nets.semiflows import in_order, is_consistent, semiflows
 from dineros.analysis.nets.siphons import unmarked_siphon
 from dineros.analysis.nets.structure import PlaceInvariant
 
@@ -86,8 +86,11 @@ def _improve(
 ) -> None:
     """Improve bounds by semiflows: a weighting that some firings decrease may be better.
 
-    So it is for messages that get lost: each is sent once, but a semiflow counts those of all receivers.
+    So it is for messages that get lost: each is sent once, but a semiflow counts those of all receivers. In a
+    consistent net there is no such weighting.
     """
+    if not places or is_consistent(net):
+        return
     program, fruitless = LinearProgram(net.delta, len(net.places)), 0
     for place in sorted(places, key=lambda place: -_value(bounds[place])):
         before = _value(bounds[place])

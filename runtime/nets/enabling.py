@@ -54,6 +54,7 @@ class Enabling:
         "_positions",
         "_raisers",
         "_signal_literals",
+        "_tight",
         "_transitions",
         "_true",
         "_watchers",
@@ -92,6 +93,8 @@ class Enabling:
         # Place -> (transition, room it needs).
         self._raisers: list[list[tuple[int, int]]] = [[] for _ in range(self._places)]
         self._connect(structure)
+        # Place -> with at least this room, before and after, a change of room changes nothing else.
+        self._tight = [max((need for _, need in raisers), default=1) for raisers in self._raisers]
         self._disjunctions: list[int] = []  # the transition of each
         self._true: list[int] = []  # how many of its literals are true
         self._signal_literals: list[list[tuple[int, SignalSetting, bool]]] = [[] for _ in structure.signals]
@@ -165,8 +168,14 @@ class Enabling:
         if total:
             before = self.total[place]
             after = self.total[place] = before + total
-            if self.room[place] is not None:
-                self.change_room(place, -total)
+            room = self.room[place]
+            if room is not None:
+                left = room - total
+                tight = self._tight[place]
+                if left < tight or room < tight:
+                    self.change_room(place, -total)
+                else:
+                    self.room[place] = left
             watchers = self._watchers[place]
             if watchers:
                 for index, threshold, wanted in watchers:

@@ -23,7 +23,10 @@ from dineros.runtime.nets.passing import Passing, Tokens
 from dineros.runtime.nets.ports import Data
 from dineros.runtime.nets.structure import Structure
 from dineros.runtime.nets.tokens import Token
-from dineros.runtime.nets.weights import Weights
+from dineros.runtime.nets.weights import FEW, Weights
+
+_new_tuple = tuple.__new__
+"""Makes a token without a call of Python code: engines make one or more in each firing."""
 
 
 def _always(transition: int) -> bool:
@@ -86,7 +89,8 @@ class Engine:
             dict((*decision.takes, *decision.reads)) for decision in structure.decisions
         )
         self.weights = Weights(structure, self._enabling, self._tokens)
-        self._weighed = self.weights.places
+        self._weighed, self._counted = self.weights.places, self.weights.counted
+        self._total = self._enabling.total
         for place in self._weighed:
             self.weights.add(place, self._tokens[place])
         self.ready = self._enabling.ready
@@ -232,17 +236,18 @@ class Engine:
         if pipe is not None and not self._reserved and not self._aside:
             place, outputs = pipe
             change, tokens = self._enabling.change, self._tokens
+            total, weighed = self._total, self._weighed
             taken_one = tokens[place].popleft()
             data = taken_one[1]
             change(place, -1, -1)
-            if place in self._weighed:
+            if place in self._counted:
                 self.weights.remove(place, [taken_one])
             number = self.next_token
             for output in outputs:
-                tokens[output].append(Token(number, data))
+                tokens[output].append(_new_tuple(Token, (number, data)))
                 number += 1
                 change(output, 1, 1)
-                if output in self._weighed:
+                if total[output] > FEW and output in weighed:
                     self.weights.add(output, [taken_one])
             self.next_token = number
             return
@@ -292,20 +297,20 @@ class Engine:
 
     def commit(self, taken: Tokens, made: Tokens) -> None:
         """Take free tokens and put others in one step."""
-        change = self._enabling.change
+        change, total = self._enabling.change, self._total
         for place, tokens in taken:
             self._remove(place, tokens)
             if place in self._asked:
                 self._kinds.change(place, tokens, -1, -1)
             change(place, -len(tokens), -len(tokens))
-            if place in self._weighed:
+            if place in self._counted:
                 self.weights.remove(place, tokens)
         for place, tokens in made:
             self._tokens[place].extend(tokens)
             change(place, len(tokens), len(tokens))
             if place in self._asked:
                 self._kinds.change(place, tokens, 1, 1)
-            if place in self._weighed:
+            if total[place] > FEW and place in self._weighed:
                 self.weights.add(place, tokens)
         if self._aside:
             self.aside.forget(taken)
@@ -339,7 +344,7 @@ class Engine:
 
     def new_token(self, data: Data) -> Token:
         """Return a new token that is on no place yet."""
-        token = Token(self.next_token, data)
+        token = _new_tuple(Token, (self.next_token, data))
         self.next_token += 1
         return token
 
@@ -355,7 +360,7 @@ class Engine:
         self._enabling.change(place, 1, 1)
         if place in self._asked:
             self._kinds.change(place, [token], 1, 1)
-        if place in self._weighed:
+        if self._total[place] > FEW and place in self._weighed:
             self.weights.add(place, [token])
 
     def take(self, place: int) -> Token:
@@ -366,7 +371,7 @@ class Engine:
             if place in self._asked:
                 self._kinds.change(place, [token], -1, -1)
             self._enabling.change(place, -1, -1)
-            if place in self._weighed:
+            if place in self._counted:
                 self.weights.remove(place, [token])
             return token
         token = self.oldest(place)

@@ -68,6 +68,8 @@ class Weights:
         The places whose bytes are counted.
     heavy : set of int
         The places at their size limit.
+    counted : dict of int to int
+        Bytes on each place with more than a few tokens. Read-only for callers.
     """
 
     def __init__(self, structure: Structure, enabling: Enabling, tokens: Sequence[Iterable[Token]]) -> None:
@@ -78,8 +80,7 @@ class Weights:
             if limit is not None and structure.capacities[place] is None
         )
         self.heavy: set[int] = set()
-        self._bytes: dict[int, int] = {}
-        """Bytes on each place with more than a few tokens."""
+        self.counted: dict[int, int] = {}
         self._needs = dict.fromkeys(self.places, 1)
         for arcs in (*structure.inputs, *structure.reads):
             for place, weight in arcs:
@@ -90,24 +91,24 @@ class Weights:
         """Count tokens that were put on such a place."""
         if self._enabling.total[place] <= FEW:
             return
-        known = self._bytes.get(place)
+        known = self.counted.get(place)
         # The place has more than a few tokens from now on: all of them are counted once.
         added = tokens if known is not None else self._tokens[place]
         self._note(place, (known or 0) + sum(size_of(token.data) for token in added))
 
     def remove(self, place: int, tokens: Iterable[Token]) -> None:
         """Stop counting tokens that were removed from such a place."""
-        known = self._bytes.get(place)
+        known = self.counted.get(place)
         if known is None:
             return
         if self._enabling.total[place] <= FEW:
             self._note(place, 0)
-            del self._bytes[place]
+            del self.counted[place]
         else:
             self._note(place, known - sum(size_of(token.data) for token in tokens))
 
     def _note(self, place: int, total: int) -> None:
-        self._bytes[place] = total
+        self.counted[place] = total
         is_heavy = total >= MOST_BYTES and self._enabling.total[place] >= self._needs[place]
         if is_heavy is not (place in self.heavy):
             self._enabling.change_room(place, -_CLOSED if is_heavy else _CLOSED)

@@ -15,6 +15,7 @@ from dineros.metamodel.clauses import set_clause
 from dineros.metamodel.elements import find
 from dineros.runtime.application.simulation import LocalApplication
 from dineros.runtime.nets import capacities, weights
+from dineros.runtime.nets import engine as engine_module
 from dineros.runtime.nets.engine import Engine
 from dineros.runtime.nets.structure import Structure, read_structure
 from dineros.runtime.nodes.health import HealthWatch
@@ -145,7 +146,8 @@ def test_bytes_are_those_of_the_tokens_there(steps: list[str], few: int) -> None
     heard, noted = structure.places.index("Heard"), structure.places.index("Noted")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(weights, "MOST_BYTES", 40)
-        patch.setattr(weights, "FEW", few)
+        for module in (weights, engine_module):
+            patch.setattr(module, "FEW", few)
         patch.setattr(weights, "size_of", lambda data: 10)
         for step in steps:
             if step == "put" and engine.has_room(heard):
