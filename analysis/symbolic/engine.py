@@ -43,9 +43,9 @@ ROUNDS = (
 #: Round before which the orders with the shortest spans are run, and work of saturation for each of them. The
 #: small instance that compares orders may be wrong about them.
 SHORTEST_ROUND, SHORTEST_WORK = 3, 500_000
-#: Round before which the order with wide levels at the top is run, and work of saturation for it. The race
-#: may end before this order pays.
-WIDE_ROUND, WIDE_WORK = 1, 2_000_000
+#: Rounds before which the order with wide levels at the top is run, and work of saturation for it: little before
+#: the orders of short searches have failed. The race may end before this order pays.
+WIDE_ROUNDS = {1: 100_000, 3: 2_000_000}
 #: Rounds before which the state space is tried in stages, if the levels fall into components that share some,
 #: and the work allowed: if they share few levels, and if they share more. Then, orders are often cheaper.
 STAGED_ROUNDS = {1: (MOST_WORK, 2_000_000), 4: (0, MOST_WORK)}
@@ -418,8 +418,8 @@ def _attempts(
             yield SOLVED_ROUNDS[number], None
         if number in STAGED_ROUNDS and not (is_known and known is None):
             yield STAGED_ROUNDS[number], None
-        if number == WIDE_ROUND and (order_by_width := search.wide_on_top) is not None:
-            yield order_by_width, WIDE_WORK
+        if number in WIDE_ROUNDS and (order_by_width := search.wide_on_top) is not None:
+            yield order_by_width, WIDE_ROUNDS[number]
         for order in search.shortest if number == SHORTEST_ROUND else ():
             yield order, SHORTEST_WORK
         search.improve(search_work // BLIND_PART if search.is_blind else search_work)

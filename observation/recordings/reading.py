@@ -50,6 +50,9 @@ _EVENT = "_Event"
 _ENDLESS = 2_147_483_647
 """Seconds from which a duration of a quality of service counts as unbounded."""
 
+_new_tuple = tuple.__new__
+"""Makes a message without a call of Python code; recordings have millions."""
+
 _REINDEX = "`ros2 bag reindex` or `mcap recover` may restore the intact part"
 
 
@@ -170,16 +173,20 @@ class Recording:
             than declared.
         """
         wanted = [each.name for each in self.topics if topics is None or each.name in topics]
-        found: Counter[str] = Counter()
-        for topic, time, data in self._merged(frozenset(wanted)):
-            found[topic] += 1
-            yield RecordedMessage(topic, time, data)
+        found = dict.fromkeys(wanted, 0)
+        yield from self._merged(found)
         for name in wanted:
             self._check_count(name, self._told[name].messages, found[name])
 
-    def _merged(self, wanted: Collection[str]) -> Iterator[RecordedMessage]:
-        """Yield messages of all files: one file after the other, or side by side if their times overlap."""
-        streams = [self._of_storage(path, storage, wanted) for path, storage in self._storages]
+    def _merged(self, found: dict[str, int]) -> Iterator[RecordedMessage]:
+        """Yield messages of all files: one file after the other, or side by side if their times overlap.
+
+        Parameters
+        ----------
+        found : dict of str to int
+            The topics of the messages to yield; the messages of each are counted here.
+        """
+        streams = [self._of_storage(path, storage, found) for path, storage in self._storages]
         times = [storage.metadata for _, storage in self._storages]
         if all(one.end_time <= other.start_time + 1 for one, other in itertools.pairwise(times)):
             for stream in streams:
@@ -187,11 +194,11 @@ class Recording:
         else:
             yield from heapq.merge(*streams, key=lambda message: message.time)
 
-    def _of_storage(self, path: Path, storage: Storage, wanted: Collection[str]) -> Iterator[RecordedMessage]:
+    def _of_storage(self, path: Path, storage: Storage, found: dict[str, int]) -> Iterator[RecordedMessage]:
         from dineros.observation.recordings.files import most_unpacked
         from dineros.observation.recordings.storages import unpacked_messages
 
-        connections = [each for each in storage.connections if each.topic in wanted]
+        connections = [each for each in storage.connections if each.topic in found]
         if not connections:
             return
         messages: Iterator[Stored] = storage.messages(connections)
@@ -199,7 +206,9 @@ class Recording:
             messages = unpacked_messages(messages, most_unpacked(self._bytes), path)
         with self._guarded(path):
             for connection, time, data in messages:
-                yield RecordedMessage(connection.topic, int(time), data)
+                topic = connection.topic
+                found[topic] += 1
+                yield _new_tuple(RecordedMessage, (topic, int(time), data))
 
     def _open_files(self) -> None:
         if find_spec("rosbags") is None:

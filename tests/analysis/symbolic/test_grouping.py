@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 from hypothesis import given
 
@@ -12,6 +14,8 @@ from dineros.analysis.symbolic import grouping
 from dineros.analysis.symbolic.engine import symbolic_state_space
 from dineros.analysis.symbolic.grouping import groups_of_bounds, groups_of_wide_net
 from dineros.analysis.symbolic.levels import encode
+from dineros.analysis.symbolic.saturation import Diagram
+from tests.analysis.reference_case_study import reference_case_study
 from tests.analysis.reference_search import distances, reference_search
 from tests.analysis.strategies import SLOW, nets
 
@@ -89,6 +93,24 @@ def test_wide_levels_at_the_top_are_tried_where_spans_are_long(monkeypatch: pyte
     space = symbolic_state_space(shared_memory(20))
     assert space.markings == 3**20 + 20 * 19 * 3**19
     assert space.diagram.effort < 100_000  # 280 000 under the best of the other orders
+
+
+def test_wide_levels_at_the_top_get_little_work_before_short_searches(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Levels of the case study differ in width, but an order of a short search counts it with 100 000 misses."""
+    used: list[int] = []
+    run = Diagram.run
+
+    def counting(self: Diagram, *args: Any) -> bool:
+        before = self.effort
+        is_complete = run(self, *args)
+        used.append(self.effort - before if self.effort >= before else self.effort)
+        return is_complete
+
+    monkeypatch.setattr(Diagram, "run", counting)
+    assert symbolic_state_space(reference_case_study((5, 5, 5), "input")).complete
+    assert sum(used) < 1_000_000
 
 
 @given(nets(largest_weight=1))
