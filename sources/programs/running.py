@@ -162,7 +162,8 @@ def _follow(program: Program, module: Module, modules: Modules, reading: Reading
                 callback.is_open = True
     library.executors.late.finish()
     for node in machine.nodes:
-        if node.threads == "not spun" and (node.is_lent or node.lent_to):
+        waits = any(node.of(kind) for kind in ("subscriptions", "timers", "services", "action_servers"))
+        if node.threads == "not spun" and waits and (node.is_lent or node.lent_to):
             node.executor, node.threads = "open: code that is not in the folder may spin it", "open"
     mark_never_set(modules, library.doer.waits)
     assign_callbacks(machine, activity)
