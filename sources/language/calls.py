@@ -76,11 +76,27 @@ class Interpreter(Statements):
             inner = self.look_up(function.cls, "__call__")
             if isinstance(inner, Function):
                 return self._function(inner, [function, *args], keys, node, frame, function)
+        if isinstance(function, Made) and function.path == "collections.namedtuple":
+            return self._named_tuple(function, args, keys, node, frame)
         self._hand_over(args, keys)
         self.attributes.may_call(function)
         if isinstance(function, SomeFunction):
             self.activity.fact.is_open = True
         return Open(short(node))
+
+    def _named_tuple(
+        self, made: Made, args: list[Value], keys: dict[str, Value], node: ast.AST, frame: Frame
+    ) -> Value:
+        """Make an instance of a class of ``collections.namedtuple``."""
+        given = made.argument(1, "field_names")
+        text = given.value if isinstance(given, Const) else None
+        names = text.replace(",", " ").split() if isinstance(text, str) else []
+        if isinstance(given, Items):
+            names = [str(each.value) for each in given.items if isinstance(each, Const)]
+        found = Made("a named tuple", args, keys, self.place(node, frame))
+        for name, value in [*zip(names, args, strict=False), *keys.items()]:
+            self.write_slot(found, name, value)
+        return found
 
     def _method(
         self, function: OutsideMethod, args: list[Value], keys: dict[str, Value], node: ast.AST, frame: Frame

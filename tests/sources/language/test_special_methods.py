@@ -113,3 +113,13 @@ if __name__ == "__main__":
 """
     node = one(facts_of(tmp_path, text)).to_json()
     assert [each["name"] for each in node["publishers"]] == ["base/out"]
+
+
+@pytest.mark.parametrize("fields", ["['name', 'run']", "'name, run'"])
+def test_functions_in_named_tuples(tmp_path: Path, fields: str) -> None:
+    """Their effects belonged to an event that may come at any time."""
+    body = INIT.replace("self.lines =", "self.step = Step('a', run=self.remote.ask)\n    self.lines =")
+    before = f"from collections import namedtuple\nStep = namedtuple('Step', {fields})\n{REMOTE}"
+    node = node_of(tmp_path, body.replace("DOES", "self.step.run()"), before=before)
+    assert effects(node, "tick") == [("call", "self.cli", "always")]
+    assert [each["kind"] for each in node["callbacks"]] == ["timer"]
