@@ -43,8 +43,8 @@ ROUNDS = (
 #: Round before which the orders with the shortest spans are run, and work of saturation for each of them. The
 #: small instance that compares orders may be wrong about them.
 SHORTEST_ROUND, SHORTEST_WORK = 3, 500_000
-#: Rounds before which the order with wide levels at the top is run, and work of saturation for it: little before
-#: the orders of short searches have failed. The race may end before this order pays.
+#: Rounds before which the order with wide levels at the top is run, and work of saturation for it: little
+#: before the orders of short searches have failed. The race may end before this order pays.
 WIDE_ROUNDS = {1: 100_000, 3: 2_000_000}
 #: Rounds before which the state space is tried in stages, if the levels fall into components that share some,
 #: and the work allowed: if they share few levels, and if they share more. Then, orders are often cheaper.

@@ -71,6 +71,10 @@ class StoredFile:
         """Return a stream of its content."""
         return _Stream(_Positional(self._descriptor, self.size))
 
+    def part(self, offset: int, size: int) -> bytes:
+        """Return bytes of its content; fewer than `size` at its end."""
+        return os.pread(self._descriptor, size, offset)
+
     # the rest of the protocol
 
     def exists(self) -> bool:

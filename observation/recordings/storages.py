@@ -11,7 +11,7 @@ from collections.abc import Collection, Generator, Iterator
 from contextlib import contextmanager
 from functools import cache
 from io import BytesIO
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import apsw
 from rosbags.rosbag2 import storage_mcap, storage_sqlite3
@@ -35,7 +35,6 @@ QUALITIES = 1 << 20
 """Limit of the characters of all different qualities of service in one file."""
 CHECKED_WHOLE = 1 << 30
 """Limit of the bytes of a completely checked database; in a larger one, pages used twice pass."""
-
 _TABLES = ("messages", "topics", "schema", "metadata", "message_definitions")
 _CHUNK = 0x06
 _RECORD = struct.Struct("<BQ")
@@ -145,6 +144,29 @@ def unpacked_messages(messages: Iterator[Stored], most: int, path: Path) -> Iter
 # The library unpacks everything before it compares the size with the one in the file.
 storage_mcap.DECOMPRESSORS["zstd"] = lambda data, size: _unpacked(data, "zstd", size)
 storage_mcap.DECOMPRESSORS["lz4"] = lambda data, size: _unpacked(data, "lz4", size)
+
+
+_library_vfs = storage_sqlite3.make_vfs
+
+
+def _vfs_of_pages(file: StoredFile) -> apsw.VFS:
+    """Return the library's access to a database, but each page is read alone.
+
+    The library reads pages from a stream, whose buffer is much larger than a page, and pages of a table and
+    of its index are read in turn.
+    """
+    vfs: Any = _library_vfs(file)
+
+    class Pages(vfs.VFSFile):  # type: ignore[misc]
+        def xRead(self, amount: int, offset: int) -> bytes:  # noqa: N802
+            return file.part(offset, amount)
+
+    vfs.VFSFile = Pages
+    return cast("apsw.VFS", vfs)
+
+
+_databases: Any = storage_sqlite3
+_databases.make_vfs = _vfs_of_pages
 
 
 @contextmanager

@@ -98,7 +98,7 @@ def test_wide_levels_at_the_top_are_tried_where_spans_are_long(monkeypatch: pyte
 def test_wide_levels_at_the_top_get_little_work_before_short_searches(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Levels of the case study differ in width, but an order of a short search counts it with 100 000 misses."""
+    """Levels of the case study differ in width, but a short search finds an order with 100 000 misses."""
     used: list[int] = []
     run = Diagram.run
 
