@@ -7,6 +7,7 @@ import pytest
 from dineros.metamodel import pn, sym
 from dineros.metamodel.build import callback, node_net, place, seconds, step
 from dineros.metamodel.constraints import validate
+from dineros.metamodel.elements import channels
 from dineros.transformations.flattening.flatten import flatten
 from tests.support.ros2_systems.deserted_services import ask
 
@@ -14,7 +15,7 @@ from tests.support.ros2_systems.deserted_services import ask
 def asking(server: str, copies: int) -> sym.SystemModel:
     """Return a server that asks a managed node, for which it waits, and that has a client of its own."""
     model = ask(sym.Lifecycle(), [])
-    maps = model.channels[0]
+    (maps,) = channels(model, sym.ServiceChannel)
     maps.latency = seconds(0, 5)
     robot = node_net(model, "robot", execution="callbacks")
     page = callback(robot, "Drive", "goal" if server == "action" else "server")
