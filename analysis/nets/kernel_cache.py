@@ -27,22 +27,46 @@ _IMPORTED = re.compile(rb"^from dineros\.analysis\.([\w.]+) import", re.MULTILIN
 
 def kernel(**options: Any) -> Any:
     """Return a decorator that compiles a function at its first call, or loads its compiled code."""
-    from numba import config, njit
+    from numba import njit
 
-    settings: Any = config
     options = {"no_cfunc_wrapper": True, **options}  # no code calls a kernel by its C address
-    folder = kept_in()
 
     def decorate(function: Callable[..., Any]) -> Any:
-        former = settings.CACHE_DIR
-        settings.CACHE_DIR = str(folder or "")  # read when the decorator is called, not later
-        try:
-            dispatcher = _for_all_numbers(njit(cache=folder is not None, **options)(function))
-            return dispatcher if folder is None else _loaded_alone(_kept_by_one_at_a_time(dispatcher, folder))
-        finally:
-            settings.CACHE_DIR = former
+        dispatcher = _for_all_numbers(njit(**options)(function))
+        dispatcher._cache = _OpenedWhenCalled(dispatcher)
+        return dispatcher
 
     return decorate
+
+
+class _OpenedWhenCalled:
+    """The cache of a kernel that nothing has called from Python yet; the first call opens it.
+
+    Opening takes as long as importing a module, and most kernels are called by other kernels only.
+    """
+
+    def __init__(self, dispatcher: Any) -> None:
+        self._dispatcher = dispatcher
+
+    def load_overload(self, arguments: Any, target: Any) -> Any:
+        """Open the cache of numba, or none where no folder is writable, and load from it."""
+        from numba import config
+
+        settings: Any = config
+        dispatcher, folder = self._dispatcher, kept_in()
+        if folder is None:
+            return None
+        former = settings.CACHE_DIR
+        settings.CACHE_DIR = str(folder)
+        try:
+            dispatcher.enable_caching()
+        finally:
+            settings.CACHE_DIR = former
+        _loaded_alone(_kept_by_one_at_a_time(dispatcher, folder))
+        return dispatcher._cache.load_overload(arguments, target)
+
+    def save_overload(self, *_: object) -> None:
+        """Save nothing: no folder is writable."""
 
 
 def _for_all_numbers(dispatcher: Any) -> Any:
