@@ -118,13 +118,25 @@ def _loaded_alone(dispatcher: Any) -> Any:
     kept = dispatcher._cache
 
     def load_overload(arguments: Any, target: Any) -> Any:
-        from numba.core.runtime.nrt import rtsys
-
-        rtsys.initialize(target)  # kernels allocate their arrays with it
+        _name_allocating_functions()
         return kept._load_overload(arguments, target)
 
     kept.load_overload = load_overload
     return dispatcher
+
+
+@cache
+def _name_allocating_functions() -> None:
+    """Let cached kernels find the functions in C with which they allocate arrays.
+
+    Numba does this when it prepares its compiler, for which it then compiles functions that count references.
+    A cached kernel contains those that it calls.
+    """
+    from llvmlite.binding import add_symbol
+    from numba.core.runtime import _nrt_python
+
+    for name, address in _nrt_python.c_helpers.items():
+        add_symbol(name if name.startswith("_") else f"NRT_{name}", address)
 
 
 def kept_in() -> Path | None:
