@@ -86,10 +86,16 @@ class Diagram:
         self.work: Int32Array = np.zeros(total, dtype=np.int32)
         self.changed: Int64Array = np.zeros(total, dtype=np.int64)
         self.frame: Int64Array = np.zeros((self.top + 2, machine.FRAME_SIZE), dtype=np.int64)
-        self.restart(order)
+        self._set_order(order)
 
     def restart(self, order: Sequence[int]) -> None:
         """Discard all results and set another order."""
+        for array in (self.control, self.free, self.heads, self.cache, self.work, self.frame):
+            array[:] = 0
+        self._set_order(order)
+
+    def _set_order(self, order: Sequence[int]) -> None:
+        """Begin with an order; the arrays are empty, and their untouched pages cost nothing."""
         self.order = tuple(order)
         position = np.zeros(self.top, dtype=np.int64)
         position[list(self.order)] = np.arange(1, self.top + 1)
@@ -98,15 +104,11 @@ class Diagram:
         widths = [len(self.encoding.levels[k].states) for k in self.order]
         self.width = np.array([1, *widths], dtype=np.int64)
         self.base = np.concatenate([[0], np.cumsum(self.width)]).astype(np.int64)
-        self.control[:] = 0
         self.control[store.POOL_TOP] = store.FIRST_NODE
         self.control[store.POOL_LIMIT] = self.mem.size
         self.control[store.BUCKET_MASK] = self.heads.size - 1
         self.control[store.CACHE_MASK] = self.cache.size // 4 - 1
         self.control[store.CLOSED_KEY] = FIRST_CLOSED_KEY
-        for array in (self.free, self.heads, self.cache, self.work):
-            array[:] = 0
-        self.frame[:] = 0
         self.root = 0
         self.saturated = 0
         self._below, self._is_begun = 1, False
