@@ -133,9 +133,10 @@ def _name_allocating_functions() -> None:
     A cached kernel contains those that it calls.
     """
     from llvmlite.binding import add_symbol
-    from numba.core.runtime import _nrt_python
+    from numba.core.runtime import nrt
 
-    for name, address in _nrt_python.c_helpers.items():
+    runtime: Any = nrt
+    for name, address in runtime._nrt.c_helpers.items():
         add_symbol(name if name.startswith("_") else f"NRT_{name}", address)
 
 

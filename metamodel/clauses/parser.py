@@ -237,6 +237,6 @@ def _applied(pending: _Pending, last: Expression) -> Expression:
         case "|":
             return Or((*pending.operands, last))
         case "->":
-            return Implies(*pending.operands, last)
+            return Implies(pending.operands[0], last)
         case _:
-            return Equivalent(*pending.operands, last)
+            return Equivalent(pending.operands[0], last)
