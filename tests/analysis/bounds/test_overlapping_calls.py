@@ -70,7 +70,7 @@ def drawn(seed: int) -> System:
     for number in range(random.choice([1, 1, 2])):
         call = ["call", "look", random.choice(["answers", "reentrant", "default"])]
         script = [["work", *span(1, 1)], call, ["work", *span(1, 2)], ["publish", f"t{number}"]]
-        released = {"period": random.randint(4, 9), "offset": random.choice([0, 0, 2])}
+        released: dict[str, Any] = {"period": random.randint(4, 9), "offset": random.choice([0, 0, 2])}
         if number and random.random() < 0.3:
             released = {"topic": "t0", "depth": random.randint(1, 2)}
         caller = {"name": f"a{number}", **released, "script": script}
