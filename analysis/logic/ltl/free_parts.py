@@ -17,94 +17,75 @@ case.
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections import OrderedDict
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from dineros.analysis.logic.language.atoms import BoundAtoms, Linear, SomeEnabled, SomeFired
 from dineros.analysis.logic.language.names import LimitedNames, Names
 from dineros.analysis.logic.language.patience import is_patient
 from dineros.analysis.logic.language.syntax import Formula
+from dineros.analysis.logic.ltl.free_part import Arcs, FreePart, Local, Needs
 from dineros.analysis.nets.compiled import CompiledNet, Transition
 from dineros.analysis.nets.graph_parts import representatives
-
-LARGEST_PART = 64
-"""Maximum number of markings of a free part."""
 
 MOST_PASSES = 256
 """Maximum number of rounds of a loop until the free parts are as at its beginning."""
 
+MOST_KEPT = 4
+"""Maximum number of smaller nets that are kept with a net."""
+
 EXACTLY = "\0"
 """Prefix for the number of one transition, which no name in a model has."""
 
-#: Tokens of a part's places.
-Local = tuple[int, ...]
-#: Arcs of one kind: place -> weight.
-Arcs = Mapping[int, int]
-
-
-@dataclass(frozen=True)
-class _Needs:
-    """The conditions of a transition on some places."""
-
-    inputs: Arcs
-    inhibitors: Arcs
-
-    @classmethod
-    def of(cls, net: CompiledNet, transition: int, is_asked: Callable[[int], bool]) -> _Needs:
-        return cls(
-            {p: w for p, w in net.pre.row(transition) if is_asked(p)},
-            {p: w for p, w in net.inhibitor.row(transition) if is_asked(p)},
-        )
-
-    def implies(self, other: _Needs) -> bool:
-        """Whether these conditions imply all of another object's conditions."""
-        return all(self.inputs.get(p, 0) >= w for p, w in other.inputs.items()) and all(
-            self.inhibitors.get(p, w + 1) <= w for p, w in other.inhibitors.items()
-        )
-
-    def are_met(self, tokens: Mapping[int, int] | Sequence[int]) -> bool:
-        return all(tokens[p] >= w for p, w in self.inputs.items()) and all(
-            tokens[p] < w for p, w in self.inhibitors.items()
-        )
-
-    @property
-    def key(self) -> tuple[tuple[tuple[int, int], ...], tuple[tuple[int, int], ...]]:
-        return tuple(sorted(self.inputs.items())), tuple(sorted(self.inhibitors.items()))
-
 
 @dataclass(frozen=True, eq=False)
-class FreePart:
-    """A set of places that only its movers change.
+class _Rest:
+    """What is left of a net without some free parts, regardless of the question; see `Smaller`."""
 
-    Attributes
-    ----------
-    outside : mapping
-        Mover -> its conditions on other places.
-    graph : mapping
-        Tokens of the places -> mover -> tokens after it, if its other conditions hold.
+    parts: tuple[FreePart, ...]
+    net: CompiledNet
+    kept: tuple[int, ...]
+    back: tuple[int | None, ...]
+    idles: Mapping[int, tuple[FreePart, Needs]]
+    tested: frozenset[int]
+
+
+class _Known:
+    """What questions about a net share: its parts, and the latest smaller nets by their removed places.
+
+    So the layout and the bounds of a smaller net are found once, for all fairness assumptions.
     """
 
-    places: tuple[int, ...]
-    movers: tuple[int, ...]
-    outside: Mapping[int, _Needs]
-    graph: Mapping[Local, Mapping[int, Local]]
+    def __init__(self, net: CompiledNet) -> None:
+        self._net = net
+        self._parts: dict[tuple[int, ...], FreePart | None] = {}
+        self._rests: OrderedDict[frozenset[int], _Rest] = OrderedDict()
+        leader = representatives(range(len(net.places)), map(list, net.delta))
+        #: Sets of places that are changed together, by a representative, and the transitions that do so.
+        self.members: dict[int, list[int]] = {}
+        self.movers: dict[int, list[int]] = {}
+        for place, home in leader.items():
+            self.members.setdefault(home, []).append(place)
+        for t, change in enumerate(net.delta):
+            if change:
+                self.movers.setdefault(leader[next(iter(change))], []).append(t)
 
-    def way(
-        self, start: Local, allowed: _Needs, is_goal: Callable[[Mapping[int, int]], bool]
-    ) -> list[int] | None:
-        """Return movers that lead to a goal while `allowed` holds; None: there is no such sequence."""
-        found: dict[Local, list[int]] = {start: []}
-        queue = deque([start])
-        while queue:
-            here = queue.popleft()
-            if is_goal(dict(zip(self.places, here, strict=True))):
-                return found[here]
-            for mover, there in self.graph[here].items():
-                if there not in found and allowed.implies(self.outside[mover]):
-                    found[there] = [*found[here], mover]
-                    queue.append(there)
-        return None
+    def part(self, places: tuple[int, ...], movers: tuple[int, ...]) -> FreePart | None:
+        """Return a part with its markings; None: there are too many."""
+        if places not in self._parts:
+            self._parts[places] = FreePart.of(self._net, places, movers)
+        return self._parts[places]
+
+    def rest(self, parts: Sequence[FreePart]) -> _Rest:
+        """Return what is left of the net without some of its parts."""
+        removed = frozenset(p for part in parts for p in part.places)
+        if removed not in self._rests:
+            self._rests[removed] = _rest(self._net, parts)
+            if len(self._rests) > MOST_KEPT:
+                self._rests.popitem(last=False)
+        self._rests.move_to_end(removed)
+        return self._rests[removed]
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,7 +111,7 @@ class Smaller:
     weak: tuple[str, ...]
     strong: tuple[str, ...]
     back: tuple[int | None, ...]
-    idles: Mapping[int, tuple[FreePart, _Needs]]
+    idles: Mapping[int, tuple[FreePart, Needs]]
     disabled: tuple[int, ...]
 
     def lift(
@@ -191,7 +172,7 @@ class _Walk:
         return [part for part in self._smaller.parts if touched.intersection(part.places)]
 
     def _drive(self, part: FreePart, transition: int, is_to_hold: bool) -> None:
-        way = _driving(self._net, part, transition, self.local[part], self._free, is_to_hold)
+        way = part.driving(self._net, transition, self.local[part], self._free, is_to_hold)
         assert way is not None, "the part is not free"
         for mover in way:
             self._fire(mover)
@@ -232,14 +213,7 @@ def _free_parts(
 
 def _candidates(net: CompiledNet, bound: BoundAtoms, fair: Collection[int]) -> Iterable[FreePart | None]:
     """Yield sets of places that are changed together, by unobserved transitions without fairness."""
-    leader = representatives(range(len(net.places)), map(list, net.delta))
-    members: dict[int, list[int]] = {}
-    for place, home in leader.items():
-        members.setdefault(home, []).append(place)
-    movers: dict[int, list[int]] = {}
-    for t, change in enumerate(net.delta):
-        if change:
-            movers.setdefault(leader[next(iter(change))], []).append(t)
+    known = net.once(_Known)
     observed: set[int] = set()
     watched: set[int] = set(fair)
     for condition in bound.conditions.values():
@@ -251,33 +225,10 @@ def _candidates(net: CompiledNet, bound: BoundAtoms, fair: Collection[int]) -> I
                 observed.update(*(net.tested(t) for t in transitions))
             case SomeFired(transitions):
                 watched |= transitions
-    for home, places in members.items():
-        inside = movers.get(home, [])
+    for home, places in known.members.items():
+        inside = known.movers.get(home, [])
         if inside and observed.isdisjoint(places) and watched.isdisjoint(inside):
-            yield _part(net, tuple(places), tuple(inside))
-
-
-def _part(net: CompiledNet, places: tuple[int, ...], movers: tuple[int, ...]) -> FreePart | None:
-    """Return a part with its markings; None: there are too many."""
-    position = {place: at for at, place in enumerate(places)}
-    inner = {t: _Needs.of(net, t, position.__contains__) for t in movers}
-    outside = {t: _Needs.of(net, t, lambda p: p not in position) for t in movers}
-    graph: dict[Local, dict[int, Local]] = {}
-    todo = [tuple(int(net.initial[p]) for p in places)]
-    while todo:
-        here = todo.pop()
-        if here in graph:
-            continue
-        if len(graph) == LARGEST_PART:
-            return None
-        tokens = dict(zip(places, here, strict=True))
-        graph[here] = {
-            t: tuple(tokens[p] + net.delta[t].get(p, 0) for p in places)
-            for t in movers
-            if inner[t].are_met(tokens)
-        }
-        todo += graph[here].values()
-    return FreePart(places, movers, outside, graph)
+            yield known.part(tuple(places), tuple(inside))
 
 
 def _is_free(
@@ -302,18 +253,9 @@ def _is_free(
         if t in strongly:
             return False
         for is_to_hold in (True, False) if t in weakly else (True,):
-            if any(_driving(net, part, t, here, free, is_to_hold) is None for here in part.graph):
+            if any(part.driving(net, t, here, free, is_to_hold) is None for here in part.graph):
                 return False
     return True
-
-
-def _driving(
-    net: CompiledNet, part: FreePart, transition: int, start: Local, free: Collection[int], is_to_hold: bool
-) -> list[int] | None:
-    """Return movers after which a part fulfils, or violates, a transition's conditions; the others hold."""
-    test = _Needs.of(net, transition, part.places.__contains__)
-    others = _Needs.of(net, transition, lambda p: p not in free)
-    return part.way(start, others, lambda tokens: test.are_met(tokens) is is_to_hold)
 
 
 def _smaller(
@@ -323,13 +265,32 @@ def _smaller(
     weakly: Collection[int],
     strongly: Collection[int],
 ) -> Smaller:
+    rest = net.once(_Known).rest(parts)
+    return Smaller(
+        net,
+        rest.parts,
+        rest.net,
+        _Named(
+            names,
+            {place: number for number, place in enumerate(rest.kept)},
+            {t: (number,) for number, t in enumerate(rest.back) if t is not None},
+        ),
+        tuple(f"{EXACTLY}{t}" for t in weakly if t not in rest.tested),
+        tuple(f"{EXACTLY}{t}" for t in strongly),
+        rest.back,
+        rest.idles,
+        tuple(t for t in weakly if t in rest.tested),
+    )
+
+
+def _rest(net: CompiledNet, parts: Sequence[FreePart]) -> _Rest:
     free = {p for part in parts for p in part.places}
     movers = {t for part in parts for t in part.movers}
     kept = [place for place in range(len(net.places)) if place not in free]
     back: list[int | None] = []
     transitions: list[Transition] = []
 
-    def add(name: str, needs: _Needs, outputs: Arcs, original: int | None) -> None:
+    def add(name: str, needs: Needs, outputs: Arcs, original: int | None) -> None:
         by_name = [
             {net.places[p]: w for p, w in arcs.items()} for arcs in (needs.inputs, outputs, needs.inhibitors)
         ]
@@ -338,9 +299,9 @@ def _smaller(
 
     for t, name in enumerate(net.transitions):
         if t not in movers:
-            needs = _Needs.of(net, t, lambda p: p not in free)
+            needs = Needs.of(net, t, lambda p: p not in free)
             add(name, needs, {p: w for p, w in net.post.row(t) if p not in free}, t)
-    idles: dict[int, tuple[FreePart, _Needs]] = {}
+    idles: dict[int, tuple[FreePart, Needs]] = {}
     known: set[object] = set()
     for part in parts:
         for mover, needs in part.outside.items():
@@ -350,22 +311,8 @@ def _smaller(
                 # The mover's name, which is free now.
                 add(net.transitions[mover], needs, needs.inputs, None)
     smaller = CompiledNet.build({net.places[p]: int(net.initial[p]) for p in kept}, transitions)
-    tested = {t for t in range(len(net.transitions)) if not free.isdisjoint(net.tested(t))}
-    return Smaller(
-        net,
-        tuple(parts),
-        smaller,
-        _Named(
-            names,
-            {place: number for number, place in enumerate(kept)},
-            {t: (number,) for number, t in enumerate(back) if t is not None},
-        ),
-        tuple(f"{EXACTLY}{t}" for t in weakly if t not in tested),
-        tuple(f"{EXACTLY}{t}" for t in strongly),
-        tuple(back),
-        idles,
-        tuple(t for t in weakly if t in tested),
-    )
+    tested = frozenset(t for t in range(len(net.transitions)) if not free.isdisjoint(net.tested(t)))
+    return _Rest(tuple(parts), smaller, tuple(kept), tuple(back), idles, tested)
 
 
 class _Named(LimitedNames):

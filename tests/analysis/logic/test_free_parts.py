@@ -15,7 +15,7 @@ from dineros.analysis.logic.language.parser import parse
 from dineros.analysis.logic.language.patience import is_patient
 from dineros.analysis.logic.language.rewriting import negated
 from dineros.analysis.logic.language.syntax import Formula
-from dineros.analysis.logic.ltl.free_parts import without_free_parts
+from dineros.analysis.logic.ltl.free_parts import Smaller, without_free_parts
 from dineros.analysis.logic.ltl.verification import verify_ltl
 from dineros.analysis.logic.verdicts.verdict import check_counterexample
 from dineros.analysis.nets.compiled import CompiledNet, Transition
@@ -85,6 +85,42 @@ def test_verdicts_are_those_of_the_whole_net(seed: int) -> None:
             check_counterexample(net, formula, bound, *lasso, weak, strong)
             seen["disabled"] += bool(smaller.disabled)
     assert min(seen["holds"], seen["violated"], seen["disabled"]) >= 3, seen
+
+
+def test_the_smaller_net_is_made_once_for_the_same_removed_places() -> None:
+    net = CompiledNet.build(
+        {"off": 1, "on": 0, "low": 1, "high": 0, "idle": 1, "busy": 0},
+        [
+            ("switch on", {"off": 1}, {"on": 1}),
+            ("switch off", {"on": 1}, {"off": 1}),
+            ("rise", {"low": 1}, {"high": 1}),
+            ("fall", {"high": 1}, {"low": 1}),
+            Transition("start", {"idle": 1}, {"busy": 1}, reads={"on": 1}),
+            Transition("stop", {"busy": 1}, {"idle": 1}, reads={"high": 1}),
+        ],
+    )
+    start, stop = net.transitions.index("start"), net.transitions.index("stop")
+
+    def smaller(text: str, weak: list[int], strong: list[int]) -> Smaller:
+        formula = parse(text)
+        names = NetNames(net)
+        found = without_free_parts(net, formula, BoundAtoms(net, formula, names), names, weak, strong)
+        assert found is not None
+        return found
+
+    first, fair, other = (
+        smaller("F busy >= 1", [], []),
+        smaller("F busy >= 1", [start, stop], []),
+        smaller("G F idle >= 1", [stop], []),
+    )
+    assert first.net.places == ("idle", "busy")
+    assert fair.net is first.net and other.net is first.net
+    assert (first.disabled, fair.disabled, other.disabled) == ((), (start, stop), (stop,))
+    # What tests a part and is strongly fair keeps it.
+    kept = smaller("F busy >= 1", [], [start])
+    assert kept.net.places == ("off", "on", "idle", "busy")
+    assert smaller("F busy >= 1", [stop], [start]).net is kept.net
+    assert smaller("F busy >= 1", [], []).net is first.net
 
 
 @pytest.mark.parametrize(
