@@ -29,7 +29,8 @@ def shortened(run: ProductRun, product: Product, most_states: int) -> ProductRun
         The same product, with only its initial state stored.
     """
     try:
-        expanded = _explore(product, most_states)
+        # A run that is no longer has no states farther away; one that ends in a deadlock stays in it.
+        expanded = _explore(product, most_states, len(run.stem) + len(run.loop) + 1)
     except BudgetExceededError:
         return run
     graph = InnerGraph.of(product, np.arange(expanded, dtype=np.int32))
@@ -42,13 +43,18 @@ def shortened(run: ProductRun, product: Product, most_states: int) -> ProductRun
     return min(found, key=lambda candidate: (len(candidate.stem) + len(candidate.loop), len(candidate.stem)))
 
 
-def _explore(product: Product, limit: int) -> int:
-    """Expand states breadth first up to a limit; return their number."""
+def _explore(product: Product, limit: int, levels: int) -> int:
+    """Expand the states of the first levels, breadth first up to a limit; return their number."""
     pointer = np.zeros(limit + 2, dtype=np.int64)
     targets = np.empty(1 << 16 | 2 * product.room, dtype=np.int32)
     labels = np.empty(product.room, dtype=np.int32)
     state, status = 0, PAUSED
+    end = 1  # of the level
     while status != COMPLETE and state < limit:
+        if state == end:
+            levels, end = levels - 1, product.states
+            if levels == 0:
+                break
         # Only the states are needed here, not their arcs: each call overwrites them.
         pointer[state] = 0
         status, state = build(
@@ -57,7 +63,7 @@ def _explore(product: Product, limit: int) -> int:
             targets,
             labels,
             state,
-            limit - state,
+            min(limit, end) - state,
         )
         if status == STORE_FULL:
             product.grow()
