@@ -20,18 +20,71 @@ Places = tuple[int, ...]
 
 def largest_trap(net: CompiledNet, places: Iterable[int]) -> Places:
     """Return the union of all traps within a set of places (which is a trap itself; it can be empty)."""
-    trap = set(places)
-    takers: dict[int, list[int]] = {place: list(net.consumers[place]) for place in trap}
-    todo = sorted(trap)
-    while todo:
-        place = todo.pop()
-        if place not in trap:
-            continue
-        if any(all(p not in trap for p, _ in net.post.row(t)) for t in takers[place]):
-            trap.discard(place)
-            # A transition that puts tokens on this place may now put none on the others.
-            todo = sorted(trap)
-    return tuple(sorted(trap))
+    found = _Shrinking(net, places)
+    found.remove([p for t, number in found.puts.items() if number == 0 for p, _ in net.pre.row(t)])
+    return tuple(sorted(found.places))
+
+
+def smaller_trap(net: CompiledNet, trap: Places) -> Places:
+    """Return a marked trap within a marked trap, of which no place can be left out."""
+    found = _Shrinking(net, trap)
+    marked = [place for place in trap if net.initial[place]]
+    for place in trap:
+        removed = found.remove([place])
+        if found.places.isdisjoint(marked):
+            found.restore(removed)
+    return tuple(sorted(found.places))
+
+
+class _Shrinking:
+    """Places of which some are removed, and then those that can be in no trap within the rest.
+
+    Attributes
+    ----------
+    places : set of int
+        The places left.
+    puts : mapping
+        Transition that takes tokens from the places given -> number of the places left on which it puts some.
+    """
+
+    def __init__(self, net: CompiledNet, places: Iterable[int]) -> None:
+        self._net, self._putting = net, net.once(_putting)
+        self.places = set(places)
+        takers = {t for place in self.places for t in net.consumers[place]}
+        self.puts = {t: sum(p in self.places for p, _ in net.post.row(t)) for t in takers}
+
+    def remove(self, todo: list[int]) -> list[int]:
+        """Remove places, and all from which a transition takes that puts tokens on none; return them."""
+        removed = []
+        while todo:
+            place = todo.pop()
+            if place not in self.places:
+                continue
+            self.places.remove(place)
+            removed.append(place)
+            for t in self._putting[place]:
+                if t in self.puts:
+                    self.puts[t] -= 1
+                    if self.puts[t] == 0:
+                        todo += [p for p, _ in self._net.pre.row(t)]
+        return removed
+
+    def restore(self, removed: Iterable[int]) -> None:
+        """Add places again that were removed last."""
+        for place in removed:
+            self.places.add(place)
+            for t in self._putting[place]:
+                if t in self.puts:
+                    self.puts[t] += 1
+
+
+def _putting(net: CompiledNet) -> list[list[int]]:
+    """For each place, the transitions with an output arc to it."""
+    lists: list[list[int]] = [[] for _ in net.places]
+    for t in range(len(net.transitions)):
+        for place, _ in net.post.row(t):
+            lists[place].append(t)
+    return lists
 
 
 def unmarked_siphon(net: CompiledNet) -> Places:

@@ -22,7 +22,7 @@ from dineros.analysis.answers.evidence import Excluded, Row, Weighting
 from dineros.analysis.logic.language.atoms import Condition, Linear, NoneEnabled, SomeEnabled
 from dineros.analysis.logic.language.syntax import And, Atom, Constant, Deadlock, Formula, Not, Or
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.nets.siphons import largest_trap
+from dineros.analysis.nets.siphons import largest_trap, smaller_trap
 from dineros.analysis.proofs.state_equation import StateEquation
 from dineros.analysis.walks.firing_counts import firings
 
@@ -171,11 +171,10 @@ class _ExclusionSearch:
                 for place, tokens in net.delta[t].items():
                     marking[place] += tokens * counts[t]
             trap = self._marked_trap((marking <= 0).nonzero()[0].tolist())
-            for place in trap if len(trap) <= LARGE_TRAP else ():
-                if place in trap:
-                    trap = self._marked_trap([p for p in trap if p != place]) or trap
             if not trap:
                 return False
+            if len(trap) <= LARGE_TRAP:
+                trap = smaller_trap(net, trap)
             self.traps.append(trap)
             if self._excludes(rows):
                 return True

@@ -23,7 +23,8 @@ def product_of_switches(text: str) -> Product:
     transitions: list[tuple[object, ...]] = []
     for k in range(SWITCHES):
         places |= {f"off{k}": 1, f"on{k}": 0}
-        transitions += [(f"up{k}", {f"off{k}": 1}, {f"on{k}": 1}), (f"down{k}", {f"on{k}": 1}, {f"off{k}": 1})]
+        transitions.append((f"up{k}", {f"off{k}": 1}, {f"on{k}": 1}))
+        transitions.append((f"down{k}", {f"on{k}": 1}, {f"off{k}": 1}))
     net = CompiledNet.build(places, transitions)
     tree = parse(text)
     atoms = BoundAtoms(net, tree, NetNames(net))
