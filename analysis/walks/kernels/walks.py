@@ -102,6 +102,22 @@ def led(enabled, count, left):  # type: ignore[no-untyped-def]
 
 
 @kernel()
+def firings_in(counts):  # type: ignore[no-untyped-def]
+    """Return the sum; with that of NumPy, a cached kernel would import SciPy when it is loaded."""
+    total = 0
+    for t in range(counts.size):
+        total += counts[t]
+    return total
+
+
+@kernel()
+def copy_numbers(source, target):  # type: ignore[no-untyped-def]
+    """Copy an array into one of the same size, without the code for an error of its shape."""
+    for k in range(source.size):
+        target[k] = source[k]
+
+
+@kernel()
 def walk(net, initial, priority, rows, first, length, seed):  # type: ignore[no-untyped-def]
     """Write the markings of one walk; return how many, and whether it ended in a deadlock."""
     np.random.seed(seed)
@@ -126,7 +142,7 @@ def follow(net, initial, counts, rows, seed):  # type: ignore[no-untyped-def]
     first = np.zeros(counts.size, dtype=np.int64)
     state, count = begin(net, initial, first)
     marking, enabled = state[0], state[2]
-    left = counts.sum()
+    left = firings_in(counts)
     others = OTHERS * left + 10
     written = 0
     while True:
@@ -161,7 +177,7 @@ def scout(net, initial, priority, counts, wanted, sequence, first, seed):  # typ
     fewer, more = 0, 0
     start, window = 0, 1
     left = counts.copy()
-    total = counts.sum()
+    total = firings_in(counts)
     remaining = total
     for step in range(sequence.size):
         if count == 0:
@@ -184,10 +200,10 @@ def scout(net, initial, priority, counts, wanted, sequence, first, seed):  # typ
             return step + 1, GREW, start
         is_round = total == 0 or remaining == 0
         if total > 0 and remaining == 0:
-            left[:] = counts
+            copy_numbers(counts, left)
             remaining = total
         if is_round and step + 1 - start >= window:
-            before[:] = marking
+            copy_numbers(marking, before)
             fewer, more = 0, 0
             start = step + 1
             if total == 0:
