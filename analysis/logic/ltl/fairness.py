@@ -58,7 +58,7 @@ class InnerGraph:
         words = product.conditions.required.size
         disabled = np.zeros((states.size, words), dtype=np.int64)
         asked = np.zeros((states.size, words), dtype=np.int64)
-        size = max(1 << 16, 2 * product.room)
+        size = product.room + min(1 << 16, states.size * product.room)
         sources, targets, labels = (np.zeros(size, dtype=np.int32) for _ in range(3))
         parts: list[list[Int32Array]] = []
         position = 0
@@ -100,6 +100,8 @@ class InnerGraph:
 
     def components(self, required: Int64Array) -> Iterator[InnerGraph]:
         """Yield the strongly connected components with an edge and all required marks, in order of states."""
+        if not self.sources.size or self._marks_missing(required):
+            return
         size = self.states.size
         count, component = numbered_parts(size, self.sources, self.targets)
         inside = np.flatnonzero(component[self.sources] == component[self.targets])
@@ -126,9 +128,16 @@ class InnerGraph:
                 self.asked[states],
             )
 
+    def _marks_missing(self, required: Int64Array) -> bool:
+        found = np.bitwise_or.reduce(self.edge_marks, axis=0) | np.bitwise_or.reduce(self.disabled, axis=0)
+        return bool((required & ~found).any())
+
     def accepting_part(self, required: Int64Array) -> States | None:
-        """Return a strongly connected set of states; a run through all of them is accepting and fair."""
-        todo = [self.components(required)]
+        """Return a strongly connected set of states; a run through all of them is accepting and fair.
+
+        The graph is a strongly connected component with all required marks.
+        """
+        todo: list[Iterator[InnerGraph]] = [iter((self,))]
         while todo:
             graph = next(todo[-1], None)
             if graph is None:
@@ -139,5 +148,6 @@ class InnerGraph:
             if not unfair.any():
                 return graph.states
             kept = ~np.any(graph.asked & unfair, axis=1)
-            todo.append(graph.part(kept).components(required))
+            if kept.any():
+                todo.append(graph.part(kept).components(required))
         return None
