@@ -18,21 +18,21 @@ Arcs = Mapping[int, int]
 
 
 @dataclass(frozen=True)
-class Needs:
+class PlaceConditions:
     """The conditions of a transition on some places."""
 
     inputs: Arcs
     inhibitors: Arcs
 
     @classmethod
-    def of(cls, net: CompiledNet, transition: int, is_asked: Callable[[int], bool]) -> Needs:
+    def of(cls, net: CompiledNet, transition: int, is_asked: Callable[[int], bool]) -> PlaceConditions:
         """Return a transition's conditions on the places asked for."""
         return cls(
             {p: w for p, w in net.pre.row(transition) if is_asked(p)},
             {p: w for p, w in net.inhibitor.row(transition) if is_asked(p)},
         )
 
-    def implies(self, other: Needs) -> bool:
+    def implies(self, other: PlaceConditions) -> bool:
         """Whether these conditions imply all of another object's conditions."""
         return all(self.inputs.get(p, 0) >= w for p, w in other.inputs.items()) and all(
             self.inhibitors.get(p, w + 1) <= w for p, w in other.inhibitors.items()
@@ -64,15 +64,15 @@ class FreePart:
 
     places: tuple[int, ...]
     movers: tuple[int, ...]
-    outside: Mapping[int, Needs]
+    outside: Mapping[int, PlaceConditions]
     graph: Mapping[Local, Mapping[int, Local]]
 
     @classmethod
     def of(cls, net: CompiledNet, places: tuple[int, ...], movers: tuple[int, ...]) -> FreePart | None:
         """Return a part with its markings; None: there are too many."""
         position = {place: at for at, place in enumerate(places)}
-        inner = {t: Needs.of(net, t, position.__contains__) for t in movers}
-        outside = {t: Needs.of(net, t, lambda p: p not in position) for t in movers}
+        inner = {t: PlaceConditions.of(net, t, position.__contains__) for t in movers}
+        outside = {t: PlaceConditions.of(net, t, lambda p: p not in position) for t in movers}
         graph: dict[Local, dict[int, Local]] = {}
         todo = [tuple(int(net.initial[p]) for p in places)]
         while todo:
@@ -97,12 +97,12 @@ class FreePart:
 
         The transition's conditions on places that are not free hold. None: there are no such movers.
         """
-        test = Needs.of(net, transition, self.places.__contains__)
-        others = Needs.of(net, transition, lambda p: p not in free)
+        test = PlaceConditions.of(net, transition, self.places.__contains__)
+        others = PlaceConditions.of(net, transition, lambda p: p not in free)
         return self._way(start, others, lambda tokens: test.are_met(tokens) is is_to_hold)
 
     def _way(
-        self, start: Local, allowed: Needs, is_goal: Callable[[Mapping[int, int]], bool]
+        self, start: Local, allowed: PlaceConditions, is_goal: Callable[[Mapping[int, int]], bool]
     ) -> list[int] | None:
         """Return movers that lead to a goal while `allowed` holds; None: there is no such sequence."""
         found: dict[Local, list[int]] = {start: []}

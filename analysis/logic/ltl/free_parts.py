@@ -25,7 +25,7 @@ from dineros.analysis.logic.language.atoms import BoundAtoms, Linear, SomeEnable
 from dineros.analysis.logic.language.names import LimitedNames, Names
 from dineros.analysis.logic.language.patience import is_patient
 from dineros.analysis.logic.language.syntax import Formula
-from dineros.analysis.logic.ltl.free_part import Arcs, FreePart, Local, Needs
+from dineros.analysis.logic.ltl.free_part import Arcs, FreePart, Local, PlaceConditions
 from dineros.analysis.nets.compiled import CompiledNet, Transition
 from dineros.analysis.nets.graph_parts import representatives
 
@@ -47,11 +47,11 @@ class _Rest:
     net: CompiledNet
     kept: tuple[int, ...]
     back: tuple[int | None, ...]
-    idles: Mapping[int, tuple[FreePart, Needs]]
+    idles: Mapping[int, tuple[FreePart, PlaceConditions]]
     tested: frozenset[int]
 
 
-class _Known:
+class _PartsOfNet:
     """What questions about a net share: its parts, and the latest smaller nets by their removed places.
 
     So the layout and the bounds of a smaller net are found once, for all fairness assumptions.
@@ -111,7 +111,7 @@ class Smaller:
     weak: tuple[str, ...]
     strong: tuple[str, ...]
     back: tuple[int | None, ...]
-    idles: Mapping[int, tuple[FreePart, Needs]]
+    idles: Mapping[int, tuple[FreePart, PlaceConditions]]
     disabled: tuple[int, ...]
 
     def lift(
@@ -213,7 +213,7 @@ def _free_parts(
 
 def _candidates(net: CompiledNet, bound: BoundAtoms, fair: Collection[int]) -> Iterable[FreePart | None]:
     """Yield sets of places that are changed together, by unobserved transitions without fairness."""
-    known = net.once(_Known)
+    known = net.once(_PartsOfNet)
     observed: set[int] = set()
     watched: set[int] = set(fair)
     for condition in bound.conditions.values():
@@ -265,7 +265,7 @@ def _smaller(
     weakly: Collection[int],
     strongly: Collection[int],
 ) -> Smaller:
-    rest = net.once(_Known).rest(parts)
+    rest = net.once(_PartsOfNet).rest(parts)
     return Smaller(
         net,
         rest.parts,
@@ -290,7 +290,7 @@ def _rest(net: CompiledNet, parts: Sequence[FreePart]) -> _Rest:
     back: list[int | None] = []
     transitions: list[Transition] = []
 
-    def add(name: str, needs: Needs, outputs: Arcs, original: int | None) -> None:
+    def add(name: str, needs: PlaceConditions, outputs: Arcs, original: int | None) -> None:
         by_name = [
             {net.places[p]: w for p, w in arcs.items()} for arcs in (needs.inputs, outputs, needs.inhibitors)
         ]
@@ -299,9 +299,9 @@ def _rest(net: CompiledNet, parts: Sequence[FreePart]) -> _Rest:
 
     for t, name in enumerate(net.transitions):
         if t not in movers:
-            needs = Needs.of(net, t, lambda p: p not in free)
+            needs = PlaceConditions.of(net, t, lambda p: p not in free)
             add(name, needs, {p: w for p, w in net.post.row(t) if p not in free}, t)
-    idles: dict[int, tuple[FreePart, Needs]] = {}
+    idles: dict[int, tuple[FreePart, PlaceConditions]] = {}
     known: set[object] = set()
     for part in parts:
         for mover, needs in part.outside.items():

@@ -10,7 +10,8 @@ import sys
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.walks.scouting import Scout
 scout = Scout(CompiledNet.build({"idle": 1, "busy": 0}, [("start", {"idle": 1}, {"busy": 1})]))
-print(scout.walk(), scout.ways, [name for name in ("scipy.linalg", "numba.np.arraymath") if name in sys.modules])
+modules = [name for name in ("scipy.linalg", "numba.np.arraymath") if name in sys.modules]
+print(scout.walk(), scout.ways, modules)
 """
 
 
