@@ -51,7 +51,8 @@ class TestFind:
     @uses("large")
     def test_memory_leaves_it_unknown(self, net: Path) -> None:
         # Halves of tokens would do, so that no weighting of the places excludes it.
-        result = run_apart("find", net, "--marking", "2*a - 2*b == 1", "--memory", "322M")
+        many = ("--set", "a.tokens=400")
+        result = run_apart("find", net, *many, "--marking", "2*a - 2*b == 1", "--memory", "322M")
         assert result.exit_code == 3
         assert result.stdout.startswith("unknown: 2*a - 2*b == 1 (memory")
 
