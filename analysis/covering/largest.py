@@ -7,11 +7,10 @@ from math import inf
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.covering.growing import growing_places, without_growth
-from dineros.analysis.covering.near_lassos import near_lassos
 from dineros.analysis.covering.tree import tree_of
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.coverability import Pumping
-from dineros.analysis.nets.witness import last_marking
+from dineros.analysis.nets.witness import way_to
 
 MOST_MARKINGS = 5_000
 """Markings of the search for a loop."""
@@ -52,11 +51,31 @@ def loop_raising(net: CompiledNet, place: int, budget: Budget) -> Pumping | None
     Pumping or None
         In the loop, no place loses tokens, and none that gains tokens inhibits it; None: none is near.
     """
-    for stem, loop in near_lassos(net, MOST_MARKINGS, budget):
-        before = last_marking(net, stem)
-        gains = [now - old for now, old in zip(last_marking(net, [*stem, *loop]), before, strict=True)]
-        grown = tuple(p for p, gain in enumerate(gains) if gain)
-        inhibiting = {p for t in loop for p, _ in net.inhibitor.row(t)}
-        if gains[place] and inhibiting.isdisjoint(grown):
-            return Pumping(stem, loop, grown)
+    budget = budget.begun()
+    count = range(len(net.transitions))
+    inhibitors = [{p for p, _ in net.inhibitor.row(t)} for t in count]
+    start = tuple(net.initial.tolist())
+    markings, came, seen = [start], [(-1, -1)], {start}
+    for number, marking in enumerate(markings):
+        if budget.is_over or len(markings) > MOST_MARKINGS:
+            return None
+        for t in count:
+            if not net.is_enabled(t, marking):
+                continue
+            after = tuple(net.fire(t, marking))
+            if after in seen:
+                continue
+            seen.add(after)
+            markings.append(after)
+            came.append((number, t))
+            loop: list[int] = []
+            back = len(markings) - 1
+            while back:
+                back, fired = came[back]
+                loop.append(fired)
+                before = markings[back]
+                if after[place] > before[place] and all(a >= b for a, b in zip(after, before, strict=True)):
+                    grown = tuple(p for p, (a, b) in enumerate(zip(after, before, strict=True)) if a > b)
+                    if all(inhibitors[fired].isdisjoint(grown) for fired in loop):
+                        return Pumping(way_to(came, back), tuple(reversed(loop)), grown)
     return None

@@ -34,11 +34,11 @@ from dineros.analysis.covering.growing import (
     limited,
     without_growth,
 )
-from dineros.analysis.covering.near_lassos import near_lassos
 from dineros.analysis.logic.language.atoms import BoundAtoms, Linear, SomeEnabled, all_resolved
 from dineros.analysis.logic.language.names import LimitedNames, Names
 from dineros.analysis.logic.language.semantics import holds_on_lasso
 from dineros.analysis.logic.language.syntax import Formula
+from dineros.analysis.logic.ltl.near_lassos import near_lassos
 from dineros.analysis.logic.verdicts.verdict import ReplayError, settled, unfair_to
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.coverability import Pumping, coverability
