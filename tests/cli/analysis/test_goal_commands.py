@@ -207,7 +207,10 @@ class TestVerify:
         assert [step.transition for step in steps if step.sequence >= header.loop] == ["wait"]  # type: ignore[attr-defined]
 
     @pytest.mark.long
-    @pytest.mark.parametrize("limit", [("--memory", "322M"), ("--timeout", "5", "--set", "a.tokens=100000")])
+    @pytest.mark.parametrize(
+        "limit",
+        [("--memory", "322M", "--set", "a.tokens=400"), ("--timeout", "5", "--set", "a.tokens=100000")],
+    )
     @pytest.mark.parametrize("formula", [("--ltl", "G 2*a - 2*b != 1"), ("--ctl", "AG EF (a + c <= 100)")])
     @uses("large")
     def test_limits_leave_it_unknown(

@@ -44,7 +44,7 @@ def packed(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def long(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a recording with so many messages that reading them takes some seconds."""
-    row = f"INSERT INTO messages {ENDLESS} x, 1, x * 1000000, X'0001000000' FROM c LIMIT 1500000"
+    row = f"INSERT INTO messages {ENDLESS} x, 1, x * 1000000, X'0001000000' FROM c LIMIT 6000000"
     return database(tmp_path_factory.mktemp("long") / "a.db3", row)
 
 
@@ -62,4 +62,4 @@ def test_a_recording_takes_no_more_than_its_memory(
 def test_a_recording_takes_no_longer_than_its_time(
     tmp_path: Path, long: Path, command: tuple[str, ...]
 ) -> None:
-    assert "time ran out" in _said(tmp_path, command, long, "--timeout", "2")
+    assert "time ran out" in _said(tmp_path, command, long, "--timeout", "1")
