@@ -255,10 +255,10 @@ class Question(ABC):
     asks: ClassVar[str]
     """What is not known where it is left open."""
     needs_space: ClassVar[bool] = True
-    """Whether it cannot be asked once there is no state space."""
+    """Whether only a state space answers it."""
     reads_firings: ClassVar[bool] = False
-    """Whether it needs no further search if there is no state space: the known firings answer it. It is then
-    answered even after the time limit.
+    """Whether the known firings answer it if there is no state space. Such a question needs no search, so it
+    is answered even after the time limit.
     """
     is_basis: ClassVar[bool] = False
     """Whether the answers of other questions rest on its answer."""

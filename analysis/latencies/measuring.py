@@ -44,7 +44,7 @@ class Measured:
     is_complete: bool
     """Whether that holds for all instances."""
     reason: str = ""
-    """Why the search is incomplete or there is no greatest time; else empty."""
+    """The reason if the search is incomplete, or if no greatest time exists; otherwise empty."""
     states: int = 0
     """State classes."""
     is_gone: bool = False

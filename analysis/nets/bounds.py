@@ -86,8 +86,8 @@ def _improve(
 ) -> None:
     """Improve bounds by semiflows: a weighting that some firings decrease may be better.
 
-    So it is for messages that get lost: each is sent once, but a semiflow counts those of all receivers. In a
-    consistent net there is no such weighting.
+    An example is messages that get lost: each is sent once, but a semiflow counts those of all receivers.
+    In a consistent net, every weighting that no firing increases is a semiflow, so nothing can be improved.
     """
     if not places or is_consistent(net):
         return

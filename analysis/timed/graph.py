@@ -65,8 +65,8 @@ class TimedGraph:
         return np.isin(self.label, list(condition.transitions))
 
 
-class EdgeWays:
-    """Shortest ways in a graph of numbered nodes."""
+class EdgePaths:
+    """Shortest paths in a graph of numbered nodes, as edges."""
 
     def __init__(self, size: int, source: Int64Array, target: Int64Array) -> None:
         self._edges = np.argsort(source, kind="stable")
@@ -74,7 +74,7 @@ class EdgeWays:
         self._arcs = Arcs.of(pointer, target[self._edges].astype(np.int32))
 
     def to(self, goals: Flags, start: int, allowed: Flags) -> tuple[list[int], int] | None:
-        """Return the edges of a shortest way over allowed nodes to a goal, and the goal; None without one."""
+        """Return the edges of a shortest path over allowed nodes to a goal, and the goal, or None."""
         if goals[start]:
             return [], start
         nodes = self._arcs.path(start, allowed, goals)

@@ -43,7 +43,7 @@ from dineros.analysis.nets.compiled import Int64Array
 from dineros.analysis.nets.graph_parts import numbered_parts
 from dineros.analysis.timed.classes import Kind
 from dineros.analysis.timed.goals import find_timed
-from dineros.analysis.timed.graph import WAITING, EdgeWays, TimedGraph, timed_graph
+from dineros.analysis.timed.graph import WAITING, EdgePaths, TimedGraph, timed_graph
 from dineros.analysis.timed.nets import TimedNet
 
 MOST_ATOMS = 62
@@ -197,7 +197,7 @@ class _Product:
             np.concatenate(column) if parts else np.zeros(0, dtype=np.int64)
             for column in (zip(*parts, strict=True) if parts else [[]] * 4)
         )
-        self._ways = EdgeWays(self._classes * states, self.source, self.target)
+        self._ways = EdgePaths(self._classes * states, self.source, self.target)
 
     def accepted(self) -> _LassoRun | None:
         """Return an accepted run, or None if there is none."""

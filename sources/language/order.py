@@ -55,12 +55,12 @@ def _merged(
     key: Callable[[T], Hashable],
     made: dict[Hashable, list[Hashable] | None],
 ) -> list[Hashable]:
-    """Return the linearisation of one class; `made` has those of others, and None for those that were begun.
+    """Return the linearisation of one class. `made`: those of others; None for a class in work.
 
     Raises
     ------
     ValueError
-        There is none.
+        The class has no linearisation.
     """
     if of in made:
         ready = made[of]

@@ -20,7 +20,7 @@ class Explanation:
     """The trace entries for an id."""
 
     origin: Link | None
-    """How the element of the flattened net with this id was made; None: there is no such element."""
+    """How the element of the flattened net with this id was made; None if the net has no such element."""
     source: pn.Element | None
     """The element of the system model with this id."""
     results: list[Link]

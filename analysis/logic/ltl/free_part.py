@@ -69,7 +69,7 @@ class FreePart:
 
     @classmethod
     def of(cls, net: CompiledNet, places: tuple[int, ...], movers: tuple[int, ...]) -> FreePart | None:
-        """Return a part with its markings; None: there are too many."""
+        """Return a part with its markings; None if it has too many."""
         position = {place: at for at, place in enumerate(places)}
         inner = {t: PlaceConditions.of(net, t, position.__contains__) for t in movers}
         outside = {t: PlaceConditions.of(net, t, lambda p: p not in position) for t in movers}
@@ -95,7 +95,7 @@ class FreePart:
     ) -> list[int] | None:
         """Return movers after which the part fulfils, or violates, a transition's conditions.
 
-        The transition's conditions on places that are not free hold. None: there are no such movers.
+        The transition's conditions on places that are not free hold. None if no movers do this.
         """
         test = PlaceConditions.of(net, transition, self.places.__contains__)
         others = PlaceConditions.of(net, transition, lambda p: p not in free)
@@ -104,7 +104,7 @@ class FreePart:
     def _way(
         self, start: Local, allowed: PlaceConditions, is_goal: Callable[[Mapping[int, int]], bool]
     ) -> list[int] | None:
-        """Return movers that lead to a goal while `allowed` holds; None: there is no such sequence."""
+        """Return movers that lead to a goal while `allowed` holds; None if no sequence of movers does."""
         found: dict[Local, list[int]] = {start: []}
         queue = deque([start])
         while queue:

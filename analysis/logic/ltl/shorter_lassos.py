@@ -29,7 +29,7 @@ def shortened(run: ProductRun, product: Product, most_states: int) -> ProductRun
         The same product, with only its initial state stored.
     """
     try:
-        # A run that is no longer has no states farther away; one that ends in a deadlock stays in it.
+        # A run of this length reaches no state that is farther away. One more step: a deadlock is repeated.
         expanded = _explore(product, most_states, len(run.stem) + len(run.loop) + 1)
     except BudgetExceededError:
         return run

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from dineros.analysis.logic.graphs.predicates import Flags
-from dineros.analysis.timed.graph import WAITING, EdgeWays, TimedGraph
+from dineros.analysis.timed.graph import WAITING, EdgePaths, TimedGraph
 
 
 def shortest_way(graph: TimedGraph, allowed: Flags, goals: Flags) -> list[int] | None:
@@ -26,7 +26,7 @@ def shortest_way(graph: TimedGraph, allowed: Flags, goals: Flags) -> list[int] |
     last = np.flatnonzero(goals[usable])
     is_last = np.zeros(graph.classes, dtype=np.bool_)
     is_last[source[last]] = True
-    way = EdgeWays(graph.classes, source, graph.target[usable]).to(is_last, 0, np.ones_like(is_last))
+    way = EdgePaths(graph.classes, source, graph.target[usable]).to(is_last, 0, np.ones_like(is_last))
     if way is None:
         return None
     edges, end = way

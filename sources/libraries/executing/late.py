@@ -14,6 +14,9 @@ _INTERRUPTS = ("KeyboardInterrupt", "ExternalShutdownException")
 """After these the context is shut down: a later spin returns at once."""
 _STOPS = ("shutdown", "try_shutdown")
 _SIGNALS = ("signal", "sigaction", "add_signal_handler", "interrupt_main", "kill", "raise_signal")
+_ASSIGNS = (ast.Assign, ast.AnnAssign, ast.AugAssign, ast.NamedExpr, ast.For, ast.AsyncFor)
+"""Statements and expressions that give a variable a value."""
+_FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda)
 
 
 @dataclass(frozen=True)
@@ -114,9 +117,6 @@ def _other_objects(trees: Iterable[ast.Module]) -> set[str]:
     }
 
 
-_ASSIGNS = (ast.Assign, ast.AnnAssign, ast.AugAssign, ast.NamedExpr, ast.For, ast.AsyncFor)
-
-
 def _holder(call: ast.Call) -> str:
     """Return the variable or attribute whose method a call calls; empty: none, or something else."""
     return _last(call.func.value) if isinstance(call.func, ast.Attribute) else ""
@@ -134,9 +134,6 @@ def _calls(body: Iterable[ast.AST], around: Collection[ast.AST]) -> Iterable[ast
         elif each in around:
             inner = (part for part in ast.walk(each) if part is not each and isinstance(part, _FUNCTIONS))
             yield from (part for one in inner for part in ast.walk(one) if isinstance(part, ast.Call))
-
-
-_FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda)
 
 
 def _caught(part: ast.AST, has_init: bool) -> list[ast.stmt]:

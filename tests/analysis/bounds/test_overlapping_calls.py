@@ -16,10 +16,9 @@ from dineros.metamodel import sym
 from dineros.metamodel.build import callback, here, node_net, place, seconds, step
 from dineros.metamodel.constraints import validate
 from dineros.metamodel.elements import channels, find
-from tests.analysis.bounds.test_no_bound_is_too_low import require_above, require_kept
+from tests.analysis.bounds.test_no_bound_is_too_low import require_above, require_safe
 from tests.support.timed_systems.models import System, model_of
 from tests.support.timed_systems.overlapping import Overlapping
-from tests.support.timed_systems.threads import TooManyStatesError
 
 SEEDS = 40 * int(os.environ.get("DINEROS_EXAMPLES", "1"))
 MOST_STATES = 6_000
@@ -84,18 +83,9 @@ def drawn(seed: int) -> System:
 
 
 def test_no_bound_is_too_low() -> None:
-    bounded = systems = 0
-    for seed in range(SEEDS):
-        system = drawn(seed)
-        try:
-            facts = Overlapping(system).explore(MOST_STATES)
-        except TooManyStatesError:
-            continue
-        systems += 1
-        found = Bounds(model_of(system, 0.01)).everything()
-        require_kept(found, facts.longest, facts.lost, facts.missed)
-        for name, span in facts.response.items():
-            bounded += require_above(found.callbacks[name], *span)
+    systems, bounded = require_safe(
+        map(drawn, range(SEEDS)), lambda system: Overlapping(system).explore(MOST_STATES)
+    )
     assert systems > SEEDS / 8 and bounded > systems / 2, (systems, bounded)
 
 
