@@ -173,6 +173,10 @@ class Budget:
             return self.begun()
         return self._stage(max(0.0, seconds))
 
+    def part(self, part: float) -> Budget:
+        """Return the budget of a stage limited to a part of the whole time, and to the remaining time."""
+        return self.begun() if self.seconds is None else self.at_most(part * self.seconds)
+
     def _stage(self, seconds: float) -> Budget:
         """Return the budget of a stage with this number of seconds from now."""
         now, most = time.perf_counter(), STRETCH * seconds

@@ -18,6 +18,7 @@ from functools import cached_property
 from typing import Literal
 
 from dineros.analysis.answers.budget import RAN_OUT, Budget, BudgetExceededError
+from dineros.analysis.answers.stages import Share, fairly
 from dineros.analysis.callbacks.blocking import without
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.witness import last_marking
@@ -34,7 +35,7 @@ is 3 000 000. The last pass is repeated while there is time and callbacks are de
 KEPT = 3
 """Parts that are begun with again: those with which callbacks were last proved to end."""
 
-NEAR_SHARE = 0.5
+NEAR = Share(time=0.5)
 """Part of the time of a callback in which it begins with such a part."""
 
 NO_BOUND = "it depends on places without a proved bound"
@@ -82,8 +83,8 @@ class Endings:
         left = list(dict.fromkeys(asked))
         while left:
             work = WORK[min(passed, len(WORK) - 1)]
-            for number, running in enumerate(left):
-                found[running] = self.of(running, budget.share(1 / (len(left) - number)), work)
+            for running, share in fairly(left, budget):
+                found[running] = self.of(running, share, work)
             before, left = len(left), [each for each in left if found[each].is_limited]
             passed += 1
             if passed >= len(WORK) and (budget.left is None or budget.is_over or len(left) == before):
@@ -119,7 +120,7 @@ class Endings:
         near = next((each for each in self._kept if each.issuperset(running)), None)
         if found is None and near is not None:
             # Callbacks of one node, or slots of one action, need much of the same.
-            share = budget.share(NEAR_SHARE)
+            share = NEAR.share(budget)
             found = self._grown(running, near | places, share, work)
             if found is not None and found.status == "unknown":
                 found = None

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from random import Random
 
 from dineros.analysis.answers.budget import Budget
+from dineros.analysis.answers.stages import Share
 from dineros.analysis.callbacks.blocking import Blocked
 from dineros.analysis.callbacks.circles import Circle
 from dineros.analysis.callbacks.plans import Plans
@@ -21,7 +22,7 @@ from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.witness import last_marking
 from dineros.metamodel.elements import is_unseen, node_net_of
 
-ENDINGS_SHARE = 0.7
+ENDINGS = Share(time=0.7)
 """Part of the time in which callbacks are decided on parts of the net; runs of the net have the rest."""
 
 CLOSED = 4
@@ -62,7 +63,7 @@ def searched(
     left: list[Callback] = []
     waits: list[Callback] = []
     asked = [each for each in _seen(waiting) if pages is None or each.waiter.element in pages]
-    endings = _endings(net, waiting, asked, budget.share(ENDINGS_SHARE), walks)
+    endings = _endings(net, waiting, asked, ENDINGS.share(budget), walks)
     for callback in asked:
         ending = endings[callback.places]
         if ending.status == "unknown":

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from dineros.analysis.answers.stages import Share
 from dineros.analysis.callbacks.circles import Circle, Waiter
 from dineros.analysis.checks.properties import Properties
 from dineros.analysis.checks.question import Checked, Question
@@ -27,10 +28,10 @@ MOST_MARKINGS = 1_000_000
 MANY_TRANSITIONS = 600
 """In a net with as many, circles that planned runs show are reported before all other questions."""
 
-PLANNED_SHARE = 0.2
+PLANNED = Share(time=0.2)
 """Part of the time for that."""
 
-CALLBACKS_SHARE = 0.7
+CALLBACKS = Share(time=0.7)
 """Part of the time that is left in which callbacks that wait forever are looked for without a state space."""
 
 ALL_END = "every callback that has begun can end"
@@ -129,7 +130,7 @@ class Callbacks(Question):
         from dineros.analysis.callbacks.searching import near_circles
 
         checked.budget.stage(self.asks)
-        share = checked.budget.share(PLANNED_SHARE)
+        share = PLANNED.share(checked.budget)
         self._report(checked, near_circles(checked.subject.net, checked.waiting, share))
 
     def ask(self, checked: Checked) -> None:
@@ -156,7 +157,7 @@ class Callbacks(Question):
         from dineros.analysis.callbacks.searching import searched
 
         checked.budget.stage(cls.asks)
-        share = checked.budget.share(CALLBACKS_SHARE)
+        share = CALLBACKS.share(checked.budget)
         search = searched(checked.subject.net, checked.waiting, share)
         checked.callbacks_asked, checked.callbacks_known = True, search.is_complete
         found = cls._report(checked, search.blocked)

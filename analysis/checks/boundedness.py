@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
-from dineros.analysis.answers.budget import RAN_OUT, BudgetExceededError
+from dineros.analysis.answers.budget import RAN_OUT, Budget, BudgetExceededError
+from dineros.analysis.answers.stages import Share, Stage, run_stages
 from dineros.analysis.checks.blocking import Callbacks
 from dineros.analysis.checks.overflow import Overflow
 from dineros.analysis.checks.question import Checked, Question
@@ -26,21 +28,10 @@ if TYPE_CHECKING:
 FIRST_SHARE = 4_000_000
 """Cache misses of saturation, a few seconds, that the state space may cost before a smaller net is asked."""
 
-GROWTH_SHARE = 0.2
-"""Part of the time in which it is asked first whether tokens grow without bound."""
-
 GROWS = "it is not known that all places are bounded"
 
-SPACE_SHARE = 0.6
-"""Part of the time in which the state space is made; the rest is for what can be answered without it."""
-
-FIRINGS_SHARE = 0.6
-"""Part of the time that is left then for what can happen without a state space."""
-
-PLACES_SHARE = 0.05
-SECONDS_FOR_PLACES = 0.3
-"""Share of the time for bounds of places without a state space; seconds, if the time has no limit."""
-
+PLACES = Share(time=0.05, seconds_if_unlimited=0.3)
+"""Share for bounds of places without a state space."""
 
 PARTS_ANSWER = "parts of the net answer the questions"
 
@@ -51,6 +42,132 @@ class _RecurrentError(Exception):
 
 class _KnownByPartsError(Exception):
     """Parts of the net answer what the state space was made for."""
+
+
+@dataclass
+class _SpaceSearch:
+    """The search for the state space, or for a proof that there is none."""
+
+    checked: Checked
+    reason: str = RAN_OUT["time"]
+    """Why the state space could not be made; empty if it is there."""
+    error: Exception | None = None
+    """An error that ended the search, other than an exceeded budget."""
+    pumpings: Sequence[Pumping] = ()
+    """Proofs that places grow without bound."""
+
+    @property
+    def can_recur(self) -> bool:
+        """Whether a smaller net may answer."""
+        return not self.pumpings and (self.error is None or isinstance(self.error, LevelSizeError))
+
+    @property
+    def has_unknown_bound(self) -> bool:
+        """Whether the bound of a place is missing."""
+        return isinstance(self.error, UnknownBoundError)
+
+    @property
+    def may_grow(self) -> bool:
+        """Whether a place has no simple bound."""
+        return any(bound is None for bound in place_bounds(self.checked.subject.net))
+
+    def look_near(self, budget: Budget) -> None:
+        """Look for growth near the initial marking, and along walks."""
+        from dineros.analysis.covering.growth import near_growth
+
+        self._note(near_growth(self.checked.subject.net, budget))
+
+    def make_space(self, budget: Budget) -> None:
+        """Make the state space."""
+        try:
+            self.reason = self._space(budget)
+        except UnknownBoundError as error:
+            self.reason, self.error = GROWS, error
+        except LevelSizeError as error:
+            self.reason, self.error = error.message, error
+        except Exception as error:
+            self.reason, self.error = self.checked.failed(error), error
+
+    def look_far(self, budget: Budget) -> None:
+        """Look for growth by all methods."""
+        from dineros.analysis.covering.growth import growth_of
+
+        pumping = growth_of(self.checked.subject.net, budget)
+        self._note([] if pumping is None else [pumping])
+
+    def _note(self, pumpings: Sequence[Pumping]) -> None:
+        self.pumpings = pumpings
+        self.reason = GROWS if pumpings else self.reason
+
+    def _space(self, budget: Budget) -> str:
+        """Make the state space; return the reason if it could not be made, else an empty text."""
+        checked = self.checked
+        between = partial(_look_elsewhere, checked)
+        try:
+            space = symbolic_state_space(checked.subject.net, budget, orders=checked.orders, between=between)
+        except _RecurrentError:
+            return "decided on a smaller net"
+        except _KnownByPartsError:
+            return PARTS_ANSWER
+        except BudgetExceededError as limit:
+            return str(limit)
+        if not space.complete:
+            return RAN_OUT[space.reason]
+        checked.known.space = checked.report.space = space
+        checked.report.by = "decision diagrams: all markings, made once for all questions"
+        checked.report.proved.append(
+            f"the net is bounded: {space.markings} markings without signals, "
+            f"at most {max(space.largest_place(), default=0)} tokens in a place"
+        )
+        return ""
+
+
+def _look_elsewhere(checked: Checked, work: int) -> None:
+    """End the search of a large state space if a smaller net, or parts of the net, give the answers.
+
+    Otherwise the search continues. Questions that need no state space are answered before that.
+    """
+    if work >= FIRST_SHARE:
+        if checked.recurrence is not None:
+            raise _RecurrentError
+        known = checked.by_parts
+        Callbacks.ask_early(checked)
+        is_open = any(map(known.is_open, range(len(checked.subject.net.transitions))))
+        ends = checked.callbacks_known or not checked.waiting.callbacks
+        if (
+            isinstance(checked.model, sym.SystemModel)
+            and all(bound is not None for bound in place_bounds(checked.subject.net))
+            and (known.has_no_deadlock and ends and not is_open)
+        ):
+            raise _KnownByPartsError
+        Overflow.ask_early(checked)
+
+
+PLAN = (
+    Stage(_SpaceSearch.look_near, lambda search: search.may_grow, time=0.2, name="whether tokens grow"),
+    Stage(_SpaceSearch.make_space, lambda search: not search.pumpings, time=0.6),
+    Stage(
+        _SpaceSearch.look_far, lambda search: search.has_unknown_bound, time=0.3, name="whether tokens grow"
+    ),
+)
+"""How the state space is made, or growth is proved; the rest of the time is for answers without it."""
+
+
+def _ask_callbacks(checked: Checked, budget: Budget) -> None:
+    Callbacks.ask_early(checked)
+
+
+def _ask_firings(checked: Checked, budget: Budget) -> None:
+    from dineros.analysis.covering.firings import firings
+
+    checked.firings = firings(checked.subject.net, budget, known=checked.firings)
+
+
+WITHOUT_SPACE = (
+    Stage(_ask_callbacks),
+    Stage(_ask_firings, time=0.6, name="other questions about the unbounded net"),
+)
+"""What can be known without a state space."""
 
 
 class Boundedness(Question):
@@ -69,107 +186,36 @@ class Boundedness(Question):
 
     def ask(self, checked: Checked) -> None:
         """Make the state space, or find out what is known without it."""
-        net = checked.subject.net
-        pumpings = self._near_growth(checked)
-        reason = GROWS if pumpings else ""
-        if not pumpings:
-            try:
-                reason = self._make_space(checked)
-            except UnknownBoundError as error:
-                reason = GROWS
-                from dineros.analysis.covering.growth import growth_of
-
-                checked.budget.stage("whether tokens grow")
-                pumping = growth_of(net, checked.budget.share(0.3))
-                pumpings = [] if pumping is None else [pumping]
-                if pumping is None:
-                    checked.leave_open("whether the net is bounded", str(error))
-            except LevelSizeError as error:
-                if not self._recurs(checked):
-                    checked.close(self.asks, error.message)
-                return
-            except Exception as error:
-                reason = checked.failed(error)
-                self._without_space(checked, reason)
-            else:
-                if not reason or self._recurs(checked):
-                    return
-                self._without_space(checked, reason)
-        from dineros.analysis.covering.firings import firings
-
-        self._grow(checked, pumpings)
-        known = checked.by_parts
-        Callbacks.ask_early(checked)
-        checked.report.by = f"searches forward and backward, and coverability: {reason}"
-        if reason == PARTS_ANSWER:
+        search = run_stages(_SpaceSearch(checked), PLAN, checked.budget, given_up=())
+        if not search.reason or (search.can_recur and self._recurs(checked)):
+            return
+        if isinstance(search.error, LevelSizeError):
+            checked.close(self.asks, search.reason)
+            return
+        if not search.pumpings:
+            self._without_space(checked, search)
+        self._grow(checked, search.pumpings)
+        checked.firings = checked.by_parts
+        run_stages(checked, WITHOUT_SPACE, checked.budget, given_up=())
+        checked.firings.is_late |= checked.budget.is_over
+        checked.report.by = f"searches forward and backward, and coverability: {search.reason}"
+        if search.reason == PARTS_ANSWER:
             checked.report.by = "parts of the net, each with the places that a question needs"
-        checked.budget.stage("other questions about the unbounded net")
-        checked.firings = firings(net, checked.budget.share(FIRINGS_SHARE), known=known)
 
     @staticmethod
-    def _near_growth(checked: Checked) -> list[Pumping]:
-        """Return proofs that places grow without bound, of what is near or met by walks."""
-        net = checked.subject.net
-        checked.budget.stage("whether tokens grow")
-        if all(bound is not None for bound in place_bounds(net)):
-            return []
-        from dineros.analysis.covering.growth import near_growth
-
-        return near_growth(net, checked.budget.share(GROWTH_SHARE))
-
-    def _make_space(self, checked: Checked) -> str:
-        """Make the state space; return the reason if it could not be made, else an empty text."""
-        share, between = checked.budget.share(SPACE_SHARE), partial(self._look_elsewhere, checked)
-        try:
-            space = symbolic_state_space(checked.subject.net, share, orders=checked.orders, between=between)
-        except _RecurrentError:
-            return "decided on a smaller net"
-        except _KnownByPartsError:
-            return PARTS_ANSWER
-        except BudgetExceededError as limit:
-            return str(limit)
-        if not space.complete:
-            return RAN_OUT[space.reason]
-        checked.known.space = checked.report.space = space
-        checked.report.by = "decision diagrams: all markings, made once for all questions"
-        checked.report.proved.append(
-            f"the net is bounded: {space.markings} markings without signals, "
-            f"at most {max(space.largest_place(), default=0)} tokens in a place"
-        )
-        return ""
-
-    @staticmethod
-    def _look_elsewhere(checked: Checked, work: int) -> None:
-        """End the search of a large state space if a smaller net, or parts of the net, give the answers.
-
-        Otherwise the search continues. Questions that need no state space are answered before that.
-        """
-        if work >= FIRST_SHARE:
-            if checked.recurrence is not None:
-                raise _RecurrentError
-            known = checked.by_parts
-            Callbacks.ask_early(checked)
-            is_open = any(map(known.is_open, range(len(checked.subject.net.transitions))))
-            ends = checked.callbacks_known or not checked.waiting.callbacks
-            if (
-                isinstance(checked.model, sym.SystemModel)
-                and all(bound is not None for bound in place_bounds(checked.subject.net))
-                and (known.has_no_deadlock and ends and not is_open)
-            ):
-                raise _KnownByPartsError
-            Overflow.ask_early(checked)
-
-    @staticmethod
-    def _without_space(checked: Checked, reason: str) -> None:
+    def _without_space(checked: Checked, search: _SpaceSearch) -> None:
         """Put into the report whether bounds of all places are proved without a state space."""
+        if isinstance(search.error, UnknownBoundError):
+            checked.leave_open("whether the net is bounded", str(search.error))
+            return
         _, bounds = checked.subject.net.once(flows_and_bounds)
         values = [bound.value for bound in bounds if bound is not None]
         if len(values) < len(bounds):
-            checked.leave_open("whether the net is bounded", reason)
+            checked.leave_open("whether the net is bounded", search.reason)
             return
         checked.report.proved.append(
             f"the net is bounded: no place ever holds more than {max(values, default=0)} tokens; "
-            f"its markings are not counted: {reason}"
+            f"its markings are not counted: {search.reason}"
         )
 
     @staticmethod
@@ -254,10 +300,9 @@ class Places(Question):
         from dineros.analysis.portfolio.answering import answer_properties
         from dineros.analysis.properties.property import Property
 
-        left = checked.budget.share(PLACES_SHARE).seconds
         asked = [Property(each, "global", examination=each) for each in ("OneSafe", "StableMarking")]
-        subject, seconds = checked.subject, SECONDS_FOR_PLACES if left is None else left
-        answers = answer_properties(subject.net, subject.names, asked, seconds, checked.budget.memory)
+        subject, share = checked.subject, PLACES.share(checked.budget)
+        answers = answer_properties(subject.net, subject.names, asked, share.left or 0.0, share.memory)
         one_safe, stable = (answer.value for answer in answers)
         if one_safe is None or stable is None:
             self.leave_open(checked, next(answer.reason for answer in answers if answer.value is None))

@@ -8,6 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from dineros.analysis.answers.budget import Budget
+from dineros.analysis.answers.stages import Share
 from dineros.analysis.checks.question import Checked, Question
 from dineros.analysis.checks.ways import can_fire, firing_witness, overtaking
 from dineros.analysis.model.resting import shut_down_marks
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from dineros.analysis.callbacks.refining import Ending
     from dineros.transformations.flattening.traces import Link
 
-HANGS_SHARE = 0.3
+HANGS = Share(time=0.3)
 """Part of the time that is left for goals that wait forever; the rest is for what is asked after that."""
 
 _HANGS = "whether goals can wait forever"
@@ -126,7 +127,7 @@ class Goals(Question):
                 self._without_space(checked, clients, found)
             return
         with checked.guarded(partial(checked.leave_open, _HANGS)):
-            share = checked.budget.share(HANGS_SHARE)
+            share = HANGS.share(checked.budget)
             hangs = [self._hangs(checked, client, share) for client in clients]
             if not any(hangs):
                 self._prove_ends(checked, clients)
@@ -156,7 +157,7 @@ class Goals(Question):
         waits = [
             (index[place],) for client in clients for _, places, _ in self._waits(client) for place in places
         ]
-        endings = Endings(checked.subject.net).of_all(waits, checked.budget.share(HANGS_SHARE))
+        endings = Endings(checked.subject.net).of_all(waits, HANGS.share(checked.budget))
         hangs = [self._hangs_in_parts(checked, client, endings) for client in clients]
         if None in hangs:
             checked.leave_open(_HANGS, why_unknown(endings.values()))

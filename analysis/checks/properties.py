@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.answers.stages import Share, fairly
 from dineros.analysis.checks.question import Checked, Question
 from dineros.analysis.logic.language.errors import FormulaError
 from dineros.analysis.model.subject import Subject
@@ -21,8 +22,8 @@ if TYPE_CHECKING:
     from dineros.analysis.requirements.latencies import AskedLatency
     from dineros.analysis.requirements.stored import Asked
 
-FIRST_SECONDS, FIRST_SHARE = 5.0, 0.08
-"""Seconds at most, and part of the time that is left, for each property before all other questions."""
+FIRST = Share(time=0.08, most_seconds=5.0)
+"""Share of each property before all other questions."""
 
 
 class Properties(Question):
@@ -58,8 +59,7 @@ class Properties(Question):
     def ask_first(self, checked: Checked) -> None:
         """Ask each for a short while."""
         for property in _left(checked):
-            share = checked.budget.share(FIRST_SHARE).at_most(FIRST_SECONDS)
-            self._ask_of(checked, property, share, is_first=True)
+            self._ask_of(checked, property, FIRST.share(checked.budget), is_first=True)
 
     def ask_with_space(self, checked: Checked) -> None:
         """Ask those that are left for a short while, if they are about the net of the state space."""
@@ -88,9 +88,8 @@ class Properties(Question):
 
     def ask(self, checked: Checked) -> None:
         """Ask those that are left one after the other, each with its share of what is left."""
-        left = _left(checked)
-        for number, property in enumerate(left):
-            self._ask_of(checked, property, checked.budget.share(1 / (len(left) - number)))
+        for property, share in fairly(list(_left(checked)), checked.budget):
+            self._ask_of(checked, property, share)
         self._order(checked)
 
     def _subject(self, checked: Checked) -> Subject:

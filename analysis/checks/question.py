@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, ClassVar
 from dineros.analysis.answers.apart import is_end
 from dineros.analysis.answers.budget import RAN_OUT, Budget, BudgetExceededError, processor_seconds
 from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.answers.stages import Share
 from dineros.analysis.callbacks.circles import Circle
 from dineros.analysis.callbacks.waiting import Waiting
 from dineros.analysis.model.queues import queues
@@ -36,11 +37,11 @@ OUT_OF_MEMORY = RAN_OUT["memory"]
 
 REPORT_IT = "please report it, with the model and what --debug adds"
 
-NEAR_SHARE = 0.2
+NEAR = Share(time=0.2)
 """Part of the time that is left for the first round."""
 
-PARTS_SHARE, PARTS_SECONDS = 0.4, 60.0
-"""Part of the time that is left in which parts of the net are looked at; seconds if the time has no limit."""
+PARTS = Share(time=0.4, seconds_if_unlimited=60.0)
+"""Share of parts of the net."""
 
 FEW_QUEUES = 10
 """Number of queues for each of which a run that loses a message is put into rounds at any cost."""
@@ -48,7 +49,7 @@ FEW_QUEUES = 10
 SHOWN_SHARE = 0.15
 """Part of the time in which runs are made short to read that lose a message; later ones are not shown."""
 
-RECURRENCE_SHARE = 0.2
+RECURRENCE = Share(time=0.2)
 """Part of the time that is left in which a smaller net is looked at."""
 
 
@@ -143,7 +144,7 @@ class Checked:
         from dineros.analysis.covering.firings import near_firings
 
         self.budget.stage("what can happen nearby")
-        return near_firings(self.subject.net, self.budget.share(NEAR_SHARE))
+        return near_firings(self.subject.net, NEAR.share(self.budget))
 
     @cached_property
     def by_parts(self) -> Firings:
@@ -151,8 +152,7 @@ class Checked:
         from dineros.analysis.parts.firings import decide_by_parts
 
         found = self.near
-        share = self.budget.share(PARTS_SHARE).unless_limited(PARTS_SECONDS)
-        decide_by_parts(self.subject.net, found, share)
+        decide_by_parts(self.subject.net, found, PARTS.share(self.budget))
         return found
 
     @cached_property
@@ -161,7 +161,7 @@ class Checked:
         from dineros.analysis.properties.recurrence import recurrence
 
         self.budget.stage("whether the net can always return to its initial marking")
-        return recurrence(self.subject.net, self.budget.share(RECURRENCE_SHARE))
+        return recurrence(self.subject.net, RECURRENCE.share(self.budget))
 
     @property
     def known(self) -> Known:

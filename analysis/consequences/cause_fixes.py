@@ -16,6 +16,7 @@ from collections.abc import Callable, Sequence
 from itertools import count
 
 from dineros.analysis.answers.budget import Budget, BudgetExceededError
+from dineros.analysis.answers.stages import Share
 from dineros.analysis.callbacks.blocking import Blocked
 from dineros.analysis.callbacks.circles import Circle
 from dineros.analysis.callbacks.searching import searched
@@ -45,7 +46,7 @@ _KEPT = {"durability": "transientLocal", "reliability": "reliable"}
 MOST_CHANGES, MOST_MODELS = 4, 12
 """Changes together, and models, that are tried against callbacks that wait for each other."""
 
-CHANGES_SHARE = 0.5
+CHANGES = Share(time=0.5)
 """Part of the time in which such changes are tried; time-outs of calls have the rest."""
 
 ENOUGH = 10
@@ -156,7 +157,7 @@ def _against_waiting(model: sym.SystemModel, finding: Finding, budget: Budget) -
     order, known, tried = count(), {Changes()}, 0
     without_circle: Fix | None = None
     queue = _added(Changes(), circle, known, order)
-    trying = budget.share(CHANGES_SHARE)
+    trying = CHANGES.share(budget)
     ended: BudgetExceededError | None = None
     while queue and tried < MOST_MODELS:
         (size, *_), _, changes = heapq.heappop(queue)

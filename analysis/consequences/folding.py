@@ -17,6 +17,7 @@ from dataclasses import replace
 from functools import partial
 
 from dineros.analysis.answers.budget import Budget, BudgetExceededError
+from dineros.analysis.answers.stages import Share, fairly
 from dineros.analysis.checks.blocking import Callbacks
 from dineros.analysis.checks.check import QUESTIONS, check
 from dineros.analysis.checks.overflow import Overflow, Presence
@@ -41,16 +42,16 @@ from dineros.metamodel.constraints import validate
 from dineros.metamodel.errors import DinerosError
 from dineros.transformations.language.copying import deep_copy
 
-SHARE = 0.9
-"""Part of the time that is left for asking again."""
+AGAIN = Share(time=0.9)
+"""Share of asking again."""
 
-FIX_SHARE = 0.6
+FIX = Share(time=0.6)
 """The share of it for the search for a change that removes a cause."""
 
-HIDDEN_SHARE = 0.6
+HIDDEN = Share(time=0.6)
 """Share of the remaining budget for circles that are found only if others are repaired."""
 
-TOGETHER_SHARE = 0.5
+TOGETHER = Share(time=0.5)
 """Share of the remaining budget for the search for few causes that must be repaired together."""
 
 QUICK = "consequences that planned runs show"
@@ -115,7 +116,7 @@ def _may_follow(model: pn.Net, report: Report) -> list[Finding]:
 
 def _limited(budget: Budget) -> Budget:
     if budget.left is not None:
-        return budget.share(SHARE)
+        return AGAIN.share(budget)
     return replace(budget, started=None, seconds=max(LEAST_SECONDS, TIMES * budget.spent)).begun()
 
 
@@ -201,7 +202,7 @@ class _Folding:
                 gone += self._gone(every, self._budget)
         if not gone:
             return
-        budget = self._budget.share(TOGETHER_SHARE) if self._budget.left is not None else self._budget
+        budget = TOGETHER.share(self._budget)
 
         def gone_again(fewer: Sequence[_Fixed], some: Sequence[Finding]) -> list[Finding]:
             # A change found in the repaired model may depend on the repair.
@@ -224,7 +225,7 @@ class _Folding:
         if not left or self._is_timed or all(cause.rule != Callbacks.CIRCLE.rule for cause in causes):
             return []
         model = self._with_fixes(fixed)
-        budget = self._budget.share(HIDDEN_SHARE) if self._budget.left is not None else self._budget
+        budget = HIDDEN.share(self._budget)
         report = check(
             model, budget, questions=finding_rules({Callbacks.CIRCLE.rule}, QUESTIONS), is_shown=False
         )
@@ -242,15 +243,15 @@ class _Folding:
     ) -> list[Finding]:
         """Ask again where each of some causes is fixed; return those whose time ran out."""
         out_of_time = []
-        for number, cause in enumerate(causes):
+        # The last share is for all of them together.
+        shares = fairly(causes, self._budget, kept=int(len(causes) > 1))
+        for number, (cause, share) in enumerate(shares, 1):
             if is_effect(cause) and not is_in(cause, self._left):
                 continue  # it is a consequence
             if all(each is cause for each in self._left):
                 continue
-            parts = len(causes) - number + (len(causes) > 1)  # the last one is for all of them together
-            share = self._budget.share(1 / parts)
-            share.stage(f"consequences of {cause.rule}, {number + 1} of {len(causes)}")
-            searching = share.share(FIX_SHARE)
+            share.stage(f"consequences of {cause.rule}, {number} of {len(causes)}")
+            searching = FIX.share(share)
             try:
                 fix = fix_of(self._model, cause, searching)
                 if fix is None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from dineros.analysis.answers.budget import Budget
+from dineros.analysis.answers.stages import Share
 from dineros.analysis.checks.question import finding_rules
 from dineros.analysis.consequences.cause_fixes import is_proved
 from dineros.analysis.consequences.gone import Key, faults_of, gone_from, is_in
@@ -19,7 +20,7 @@ from dineros.analysis.timed_checks.timed_walks import walk_in_time
 from dineros.analysis.witnesses.findings import Finding
 from dineros.metamodel import sym
 
-WALKS_SHARE = 0.3
+WALKS = Share(time=0.3)
 """Part of the time for random runs."""
 
 
@@ -31,7 +32,7 @@ def gone_in_time(
 ) -> list[Finding]:
     """Return which of some faults a corrected model with times does not have."""
     subject = timed_base_subject(fixed)
-    used = disproved(subject, walk_in_time(subject.timed, budget.share(WALKS_SHARE)).ways, some)
+    used = disproved(subject, walk_in_time(subject.timed, WALKS.share(budget)).ways, some)
     rest = [each for each in some if not is_in(each, used)]
     if not rest or not subject.timed.has_times:
         return used

@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 
 from dineros.analysis.answers.budget import Budget
+from dineros.analysis.answers.stages import Share
 from dineros.analysis.checks.boundedness import Boundedness
 from dineros.analysis.checks.check import check
 from dineros.analysis.checks.unused import TRANSITION, Use
@@ -20,7 +21,7 @@ from dineros.analysis.witnesses.findings import Finding, Report, Unknown
 from dineros.metamodel import sym
 from dineros.metamodel.elements import channels
 
-SHARE = 0.4
+SHARE = Share(time=0.4)
 """Part of the time that is left for each question."""
 
 WHY = "with these times: it follows a time-out, and no client gives up"
@@ -68,7 +69,7 @@ def _precautions(
         return [], []
     with _without_time_outs(model):
         never, is_open = _never(base_subject(model), dead, budget)
-    used = used_in_runs(subject, never, budget.share(SHARE))
+    used = used_in_runs(subject, never, SHARE.share(budget))
     rest = [each for each in never if each not in used]
     undecided = _never(subject, rest, budget)[1] if rest else []
     return used, [*is_open, *undecided]
@@ -76,11 +77,11 @@ def _precautions(
 
 def _never(subject: Subject, some: Sequence[Finding], budget: Budget) -> tuple[list[Finding], list[Finding]]:
     """Return the findings whose transitions never fire without times, and those for which this is open."""
-    used = used_in_runs(subject, some, budget.share(SHARE))
+    used = used_in_runs(subject, some, SHARE.share(budget))
     rest = [each for each in some if each not in used]
     if not rest:
         return [], []
-    report = check(subject.model, budget.share(SHARE), questions=[Boundedness(), Use()])
+    report = check(subject.model, SHARE.share(budget), questions=[Boundedness(), Use()])
     found = {each.elements for each in report.findings if each.rule == TRANSITION.rule}
     never = [each for each in rest if each.elements in found]
     is_open = TRANSITION.rule in report.open_rules

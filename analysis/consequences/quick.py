@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget
+from dineros.analysis.answers.stages import Share
 from dineros.analysis.callbacks.searching import near_circles
 from dineros.analysis.callbacks.waiting import Waiting
 from dineros.analysis.checks.blocking import Callbacks
@@ -23,8 +24,8 @@ from dineros.metamodel import sym
 from dineros.metamodel.constraints import validate
 from dineros.transformations.language.copying import deep_copy
 
-WALK_SHARE, WALK_SECONDS = 0.8, 5.0
-"""Part of the time left that walks may take; seconds after each change, for their first turn only."""
+WALKS, WALK_SECONDS = Share(time=0.8), 5.0
+"""Share of walks; seconds after each change, for their first turn only."""
 
 
 def folded_quickly(
@@ -54,7 +55,7 @@ def folded_quickly(
             fixed.append((cause, subject))
             if budget.is_over:
                 return
-    walking = budget.share(WALK_SHARE) if budget.left is not None else budget
+    walking = WALKS.share(budget)
     for cause, subject in fixed:
         if not left or walking.is_over:
             return

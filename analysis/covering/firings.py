@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 
 from dineros.analysis.answers.budget import Budget
+from dineros.analysis.answers.stages import Stage, fairly, run_stages
 from dineros.analysis.covering.backward import Backward
 from dineros.analysis.covering.bounded_part import bounded_part
 from dineros.analysis.covering.directed import MOST_MARKINGS, Directed
@@ -117,46 +118,36 @@ def firings(
     known : Firings, optional
         Result of `near_firings` for the same question.
     """
-    asked = range(len(net.transitions)) if wanted is None else wanted
-    search = _FiringSearch(net, budget.begun(), asked, asks_deadlock)
+    budget = budget.begun()
+    search = _FiringSearch(net, range(len(net.transitions)) if wanted is None else wanted, asks_deadlock)
     if known is not None:
         search.found = known
-    else:
-        search.look_near()
-        search.look_around()
-    search.look_far(FEW_MARKINGS)
-    search.look_at_bounds()
-    search.make_tree()
-    search.look_back()
-    search.look_far(MOST_MARKINGS)
-    search.found.is_late |= search.budget.is_over
+    run_stages(search, (*(NEAR_PLAN if known is None else ()), *FAR_PLAN), budget)
+    search.found.is_late |= budget.is_over
     return search.found
 
 
 def near_firings(net: CompiledNet, budget: Budget) -> Firings:
     """Run the cheap stages of `firings`, which find near transitions that can fire, and near deadlocks."""
-    search = _FiringSearch(net, budget.begun(), range(len(net.transitions)), asks_deadlock=True)
-    search.look_near()
-    search.look_around()
-    return search.found
+    search = _FiringSearch(net, range(len(net.transitions)), asks_deadlock=True)
+    return run_stages(search, NEAR_PLAN, budget).found
 
 
 class _FiringSearch:
-    def __init__(self, net: CompiledNet, budget: Budget, wanted: Iterable[int], asks_deadlock: bool) -> None:
-        self.net, self.budget, self.wanted = net, budget, list(wanted)
+    def __init__(self, net: CompiledNet, wanted: Iterable[int], asks_deadlock: bool) -> None:
+        self.net, self.wanted = net, list(wanted)
         self.asks_deadlock = asks_deadlock
         self.small = without_growth(net) or Limited.same(net)
         self.images = self.small.images()
         never = never_possible(net)
         self.found = Firings(dead={t for t in self.wanted if t not in self.images or t in never}, net=net)
 
-    def look_near(self) -> None:
+    def look_near(self, budget: Budget) -> None:
         """Search breadth first for all transitions."""
         asked = self._open
         goals = [Goal.enabled(self.small.net, *self.images[t]) for t in asked]
-        share = self.budget.share(0.4, most_bytes=NEAR_BYTES, most_states=NEAR)
         deadlock = [Goal.deadlock()] if self.asks_deadlock else []
-        all_answers = find_all(self.small.net, [*goals, *deadlock], share)
+        all_answers = find_all(self.small.net, [*goals, *deadlock], budget)
         answers = all_answers[: len(goals)]
         found = self.found
         for t, answer in zip(asked, answers, strict=True):
@@ -173,13 +164,11 @@ class _FiringSearch:
         if found.reason == "interrupted":
             raise KeyboardInterrupt
 
-    def look_around(self) -> None:
+    def look_around(self, budget: Budget) -> None:
         """Walk to the remaining transitions."""
         found, asked = self.found, self._open
-        if not asked and self._knows_deadlock:
-            return
         numbers = [image for t in asked for image in self.images[t]]
-        met = first_round(self.small.net, self.budget, numbers, not self._knows_deadlock)
+        met = first_round(self.small.net, budget, numbers, not self._knows_deadlock)
         for t in asked:
             ways = [met.ways[image] for image in self.images[t] if image in met.ways]
             if ways:
@@ -187,40 +176,38 @@ class _FiringSearch:
         if met.deadlock is not None and not self._knows_deadlock:
             found.deadlock = self.small.back(met.deadlock)
 
-    def look_at_bounds(self) -> None:
+    def look_at_bounds(self, budget: Budget) -> None:
         """Prove facts by the bounded places alone."""
-        found = self.found
-        if not self._open and self._knows_deadlock:
-            return
-        part = bounded_part(self.small.net, self.budget.share(0.3, 0.5))
+        found, part = self.found, bounded_part(self.small.net, budget)
         found.dead |= {t for t in self._open if part.dead.issuperset(self.images[t])}
         found.has_no_deadlock |= self.asks_deadlock and part.has_no_deadlock
 
-    def make_tree(self) -> None:
+    def make_tree(self, budget: Budget) -> None:
         """Prove transitions dead by the tree of Karp and Miller."""
-        if self._open and not self.budget.is_over:
-            share = self.budget.share(0.5)
-            tree = self.found.tree = tree_of(self.small.net, share)
-            self.found.is_late |= share.is_over
-            self.found.dead |= {t for t in self._open if tree.dead.issuperset(self.images[t])}
+        tree = self.found.tree = tree_of(self.small.net, budget)
+        self.found.is_late |= budget.is_over
+        self.found.dead |= {t for t in self._open if tree.dead.issuperset(self.images[t])}
 
-    def look_far(self, most: int) -> None:
-        """Search forward for each remaining transition, guided by the state equation."""
-        if self._open:
-            directed = Directed(self.small.net)
-            self._look_for_each(lambda image, share: directed.way_to(image, share, most))
+    def look_ahead(self, budget: Budget) -> None:
+        """Search forward for each remaining transition, guided by the state equation, among few markings."""
+        self._look_forward(FEW_MARKINGS, budget)
 
-    def look_back(self) -> None:
+    def look_far(self, budget: Budget) -> None:
+        """Search forward for each remaining transition among many markings."""
+        self._look_forward(MOST_MARKINGS, budget)
+
+    def _look_forward(self, most: int, budget: Budget) -> None:
+        directed = Directed(self.small.net)
+        self._look_for_each(lambda image, share: directed.way_to(image, share, most), budget)
+
+    def look_back(self, budget: Budget) -> None:
         """Search backward for each remaining transition; this decides if numbers stay small."""
-        if self._open and not self.budget.is_over:
-            self._look_for_each(Backward(self.small.net).way_to)
+        self._look_for_each(Backward(self.small.net).way_to, budget)
 
-    def _look_for_each(self, way_to: WayTo) -> None:
-        left = self._open
-        for number, t in enumerate(left):
-            if self.budget.is_over:
+    def _look_for_each(self, way_to: WayTo, budget: Budget) -> None:
+        for t, share in fairly(self._open, budget, factor=0.5):
+            if share.is_over:
                 return
-            share = self.budget.share(0.5 / (len(left) - number))
             ends = True
             for image in self.images[t]:
                 trace, is_complete = way_to(image, share)
@@ -232,6 +219,16 @@ class _FiringSearch:
             else:
                 if ends:
                     self.found.dead.add(t)
+
+    @property
+    def asks_firings(self) -> bool:
+        """Whether it is unknown of some transition if it can fire."""
+        return bool(self._open)
+
+    @property
+    def asks_anything(self) -> bool:
+        """Whether something is unknown."""
+        return self.asks_firings or not self._knows_deadlock
 
     @property
     def _knows_deadlock(self) -> bool:
@@ -247,3 +244,19 @@ class _FiringSearch:
         own = (*self.small.back(trace), transition)
         last_marking(self.net, own)
         return own
+
+
+NEAR_PLAN = (
+    Stage(_FiringSearch.look_near, time=0.4, most_bytes=NEAR_BYTES, most_states=NEAR),
+    Stage(_FiringSearch.look_around, lambda search: search.asks_anything),
+)
+"""The cheap stages."""
+
+FAR_PLAN = (
+    Stage(_FiringSearch.look_ahead, lambda search: search.asks_firings),
+    Stage(_FiringSearch.look_at_bounds, lambda search: search.asks_anything, time=0.3, memory=0.5),
+    Stage(_FiringSearch.make_tree, lambda search: search.asks_firings, time=0.5),
+    Stage(_FiringSearch.look_back, lambda search: search.asks_firings),
+    Stage(_FiringSearch.look_far, lambda search: search.asks_firings),
+)
+"""The stages for what is left."""

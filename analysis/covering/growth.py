@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dineros.analysis.answers.budget import Budget
+from dineros.analysis.answers.stages import Attempt, Share, first_result
 from dineros.analysis.covering.bounded_part import without_places
 from dineros.analysis.covering.growing import growing_places
 from dineros.analysis.covering.tree import tree_of
@@ -25,6 +26,10 @@ NEAR = 100_000
 """Markings of the search for growth that inhibitor arcs do not stop."""
 
 
+FIRST = Share(time=0.05)
+"""Share of a small coverability tree."""
+
+
 def near_growth(net: CompiledNet, budget: Budget) -> list[Pumping]:
     """Return proofs that places are unbounded, found near the initial marking or by walks.
 
@@ -34,7 +39,7 @@ def near_growth(net: CompiledNet, budget: Budget) -> list[Pumping]:
     growing = [place for place, bound in enumerate(place_bounds(net)) if bound is None]
     if not growing:
         return []
-    found = coverability(net, FEW_NODES, budget.share(0.05), only_boundedness=True)
+    found = coverability(net, FEW_NODES, FIRST.share(budget), only_boundedness=True)
     if found.pumping is not None:
         return [found.pumping]
     return [] if found.is_bounded else first_round(net, budget, growing=growing).pumpings
@@ -42,13 +47,16 @@ def near_growth(net: CompiledNet, budget: Budget) -> list[Pumping]:
 
 def growth_of(net: CompiledNet, budget: Budget) -> Pumping | None:
     """Return a replayed proof that a net is unbounded; None: none was found."""
-    budget = budget.begun()
-    found = coverability(net, budget=budget.share(0.3), only_boundedness=True).pumping
-    if found is None and net.inhibitor.place.size:
-        found = tree_of(net, budget.share(0.3)).pumping
-    if found is None:
-        found = explore(net, budget.share(0.3, most_states=NEAR)).pumping
-    return found
+
+    def by_tree(budget: Budget) -> Pumping | None:
+        return tree_of(net, budget).pumping if net.inhibitor.place.size else None
+
+    attempts = (
+        Attempt(lambda share: coverability(net, budget=share, only_boundedness=True).pumping, time=0.3),
+        Attempt(by_tree, time=0.3),
+        Attempt(lambda share: explore(net, share).pumping, time=0.3, most_states=NEAR),
+    )
+    return first_result(attempts, budget)
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.answers.evidence import Evidence, Excluded, Inductive, together
+from dineros.analysis.answers.stages import fairly
 from dineros.analysis.checks.overflow import Overflow
 from dineros.analysis.evidence.certificate import BASE, subject_as
 from dineros.analysis.evidence.proving import Asked, Certificate, certificate_of, proved
@@ -51,11 +52,11 @@ def certificates_of(
     subject, budget = subject_as(model, BASE, "weighted"), budget.begun()
     claims = list(_claims(subject, report))
     found, proofs = [], list[Claim]()
-    for number, claim in enumerate(claims):
+    for claim, share in fairly(claims, budget):
         asked = _asked(subject, claim.condition, settings)
         evidence = claim.evidence
-        if evidence is None and not budget.is_over:
-            answer = proved(asked, budget.share(1 / (len(claims) - number)))
+        if evidence is None and not share.is_over:
+            answer = proved(asked, share)
             evidence = None if answer is None else answer.evidence
         certificate = certificate_of(asked, "unreachable", evidence)
         if certificate is not None:

@@ -13,6 +13,7 @@ from typing import TypeVar
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget, BudgetExceededError
 from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.answers.stages import Share, fairly
 from dineros.analysis.logic.ctl.fixpoints import basic, satisfying
 from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
 from dineros.analysis.logic.language.atoms import BoundAtoms
@@ -45,6 +46,9 @@ V = TypeVar("V")
 
 ONE_ENGINE = "only one engine decides this kind of formula"
 SEARCH, DIAGRAMS, OTHER_ORDER = "explicit search", "decision diagrams", "decision diagrams in another order"
+
+SEARCH_SHARE = Share(time=0.4)
+"""Share of explicit search; the rest is for diagrams."""
 
 
 @dataclass(frozen=True)
@@ -143,8 +147,7 @@ def confirm_claims(
     together = confirmed(And(tuple(claims)) if len(claims) > 1 else claims[0], budget)
     if together.agrees is not False or len(claims) == 1:
         return [together] * len(claims)
-    count = len(claims)
-    return [confirmed(one, budget.share(1 / (count - number))) for number, one in enumerate(claims)]
+    return [confirmed(one, share) for one, share in fairly(claims, budget)]
 
 
 def confirm_properties(
@@ -198,7 +201,7 @@ def _confirm_figures(
     def search(share: Budget) -> Figures:
         from dineros.analysis.explicit import explore
 
-        space = explore(net, share.share(most_bytes=share.memory))
+        space = explore(net, Share(most_bytes=share.memory).share(share))
         if not space.complete:
             raise BudgetExceededError(space.reason or "unknown")
         never = frozenset(name for t, name in enumerate(net.transitions) if not space.enabled[t])
@@ -318,7 +321,7 @@ def _confirmed(
         began = budget.spent
         try:
             budget.check_time()
-            found = decide(budget.share(time=0.4 if name == SEARCH else 1.0))
+            found = decide(SEARCH_SHARE.share(budget) if name == SEARCH else budget)
         except GIVEN_UP as limit:
             why.append(f"{name}: {str(limit) or 'memory ran out'}")
             continue

@@ -15,6 +15,7 @@ import numpy as np
 
 from dineros.analysis.answers.budget import RAN_OUT, UNLIMITED, Budget, BudgetExceededError
 from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.answers.stages import Share
 from dineros.analysis.evidence.confirmation import ONE_ENGINE, Confirmation, rests_on_markings
 from dineros.analysis.evidence.timed_confirmation import COUNTED, STRONG, confirm_timed_answer
 from dineros.analysis.logic.graphs.predicates import MarkingMatrix
@@ -40,7 +41,7 @@ MARKINGS, FIRINGS, ENDS = (
 )
 CALLBACKS = "which callbacks wait forever"
 
-COUNTED_SHARE = 0.3
+COUNTING = Share(time=0.3)
 """Share of the time for counted time; after it, strong classes are used."""
 
 
@@ -141,7 +142,7 @@ def behaviour(net: TimedNet, budget: Budget) -> Behaviour:
     budget = budget.begun()
     try:
         made = integer_net(net)
-        found = all_markings(made, net.untimed.places, budget.share(COUNTED_SHARE))
+        found = all_markings(made, net.untimed.places, COUNTING.share(budget))
         return Behaviour(COUNTED, *found)
     except (DinerosError, BudgetExceededError):
         if net.has_priorities:

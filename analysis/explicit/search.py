@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dineros.analysis.answers.budget import Budget, Progress
+from dineros.analysis.answers.stages import Share
 from dineros.analysis.explicit.agenda import AgendaPart, Rows, by_cost, closure, sets_by_cost
 from dineros.analysis.explicit.figures import largest_tokens, members, tokens_of
 from dineros.analysis.explicit.goals import Goal, goal_tables, normalized
@@ -64,7 +65,7 @@ LARGEST_SPECIAL_WIDTH = 2
 #: Rows unpacked at once.
 _ROWS_AT_ONCE = 1 << 16
 #: Nodes of the coverability tree that may be made to explain why a search did not end, and part of the time.
-COVERABILITY_NODES, COVERABILITY_SHARE = 2_000, 0.2
+COVERABILITY_NODES, COVERABILITY = 2_000, Share(time=0.2)
 
 
 @dataclass
@@ -203,7 +204,7 @@ class Search:
                 self._pool.shutdown(wait=True)
         if self.reason in ("memory", "states", "time") and self._is_guarded and self.pumping is None:
             self.budget.stage("coverability")
-            share = self.budget.share(COVERABILITY_SHARE)
+            share = COVERABILITY.share(self.budget)
             self.pumping = coverability(self.net, COVERABILITY_NODES, share, only_boundedness=True).pumping
         if self.pumping is not None and self.reason not in (None, "goal"):
             self.reason = "unbounded"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dineros.analysis.answers.budget import Budget
+from dineros.analysis.answers.stages import Share, fairly
 from dineros.analysis.covering.firings import Firings
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.witness import last_marking
@@ -20,8 +21,8 @@ START_WORK = 50_000
 MOST_STARTS = 40
 """Maximum number of first parts that are tried for the proof of deadlock freedom."""
 
-DEADLOCK_SHARE = 0.3
-"""Part of the time for the question whether there is a deadlock."""
+FIRINGS = Share(time=0.7)
+"""Share of the firings; the rest is for the question whether there is a deadlock."""
 
 
 def decide_by_parts(net: CompiledNet, found: Firings, budget: Budget) -> None:
@@ -31,7 +32,7 @@ def decide_by_parts(net: CompiledNet, found: Firings, budget: Budget) -> None:
     whole = Whole(net, found.dead)
     search = _Search(whole, found)
     search.note_dead()
-    search.decide_firings(budget.share(1 - DEADLOCK_SHARE))
+    search.decide_firings(FIRINGS.share(budget))
     if found.deadlock is None and not found.has_no_deadlock:
         search.decide_deadlock(budget)
 
@@ -52,12 +53,11 @@ class _Search:
     def decide_firings(self, budget: Budget) -> None:
         """Decide each open transition, cheap ones first."""
         for work in WORK:
-            asked = self._open
-            for number, t in enumerate(asked):
-                if budget.is_over:
+            for t, share in fairly(self._open, budget, factor=2.0):
+                if share.is_over:
                     return
                 if self.found.is_open(t):
-                    self._decide(t, budget.share(min(1.0, 2 / (len(asked) - number))), work)
+                    self._decide(t, share, work)
 
     def _decide(self, transition: int, budget: Budget, work: int) -> None:
         """Enlarge a part until it proves that a transition never fires, or shows a run that fires it."""
@@ -112,8 +112,8 @@ class _Search:
         enabled = [t for t in count if net.is_enabled(t, initial)]
         starts = {frozenset(whole.grown(whole.takes(t))) for t in enabled if self._has_bounds(t)}
         tried = sorted(starts, key=lambda places: (len(places), sorted(places)))[:MOST_STARTS]
-        for number, places in enumerate(tried):
-            self._decide_deadlock(set(places), budget.share(1 / (2 * len(tried) - number)), START_WORK)
+        for places, share in fairly(tried, budget, kept=len(tried)):
+            self._decide_deadlock(set(places), share, START_WORK)
             if self.found.has_no_deadlock or self.found.deadlock is not None:
                 return
         self._decide_deadlock(set(), budget, WORK[-1])

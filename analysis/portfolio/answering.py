@@ -18,7 +18,7 @@ from dineros.analysis.portfolio.methods.reduced_net import ReducedNet
 from dineros.analysis.portfolio.methods.state_equation import StateEquationAndTraps
 from dineros.analysis.portfolio.methods.stubborn_sets import StubbornSets
 from dineros.analysis.portfolio.methods.walks import RandomWalks
-from dineros.analysis.portfolio.scheduler import Stage, Turn, answer_sheet
+from dineros.analysis.portfolio.scheduler import SheetStage, Turn, answer_sheet
 from dineros.analysis.portfolio.sheet import Sheet
 from dineros.analysis.properties.property import Property, PropertyAnswer
 
@@ -49,23 +49,23 @@ ALONE = (
 """Plan for one question on its reduced net."""
 
 
-def stages() -> tuple[Stage, ...]:
+def stages() -> tuple[SheetStage, ...]:
     """Return the plan of property files: each method with its share of the time of all questions."""
     all_markings = StoredMarkings(None, memory=0.5)
     return (
-        Stage("the first markings", StoredMarkings(FEW_STATES, memory=0.25), 0.02),
-        Stage("random walks", RandomWalks(), 0.03),
-        Stage("bounds of places", PlaceBounds(), 0.05),
-        Stage("the state equation", StateEquationAndTraps(), 0.08),
-        Stage("many markings", all_markings, 0.08, _always),
-        Stage("markings far away", FarMarkings(), 0.05),
-        Stage("induction", Induction(), 0.1),
-        Stage("decision diagrams", DecisionDiagrams(), 0.25),
-        Stage("a deadlock", StubbornSets(), 1.0, _always),
-        Stage("each question on a smaller net", ReducedNet(ALONE, "reduced net"), 0.5, _always),
-        Stage("each question alone", AutomatonOnTheFly(), 1.0, _always),
-        Stage("what is left", all_markings, 1.0, _has_no_diagram),
-        Stage("what is left", DecisionDiagrams(), 1.0, _has_diagram),
+        SheetStage("the first markings", StoredMarkings(FEW_STATES, memory=0.25), 0.02),
+        SheetStage("random walks", RandomWalks(), 0.03),
+        SheetStage("bounds of places", PlaceBounds(), 0.05),
+        SheetStage("the state equation", StateEquationAndTraps(), 0.08),
+        SheetStage("many markings", all_markings, 0.08, _always),
+        SheetStage("markings far away", FarMarkings(), 0.05),
+        SheetStage("induction", Induction(), 0.1),
+        SheetStage("decision diagrams", DecisionDiagrams(), 0.25),
+        SheetStage("a deadlock", StubbornSets(), 1.0, _always),
+        SheetStage("each question on a smaller net", ReducedNet(ALONE, "reduced net"), 0.5, _always),
+        SheetStage("each question alone", AutomatonOnTheFly(), 1.0, _always),
+        SheetStage("what is left", all_markings, 1.0, _has_no_diagram),
+        SheetStage("what is left", DecisionDiagrams(), 1.0, _has_diagram),
     )
 
 
@@ -99,7 +99,7 @@ def answer_properties(
     budget = Budget(memory, seconds=seconds * len(properties), stages=stage).begun()
     sheet, known = Sheet(net, names, properties, answered, budget, seconds), known_of(net)
     try:
-        answer_sheet(sheet, stages(), known)
+        answer_sheet(sheet, stages())
     finally:
         known.forget()
     unknown = "time or memory did not suffice"

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from dineros.analysis.answers.budget import Budget, BudgetExceededError
 from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.answers.stages import fairly
 
 if TYPE_CHECKING:
     from dineros.analysis.portfolio.known import Known
@@ -47,12 +48,10 @@ class Method:
         BudgetExceededError
             The budget was not sufficient.
         """
-        asked = sheet.open_questions()
-        for number, one in enumerate(asked):
-            if budget.is_over:
+        for one, share in fairly(sheet.open_questions(), budget):
+            if share.is_over:
                 return
-            share = budget.share(1 / (len(asked) - number)).at_most(sheet.patience)
             with suppress(BudgetExceededError):
-                found = self.answer(one.question, known, share)
+                found = self.answer(one.question, known, share.at_most(sheet.patience))
                 if found is not None and found.status != "unknown":
                     one.note(found)

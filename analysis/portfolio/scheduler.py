@@ -1,19 +1,20 @@
-"""The scheduler: runs methods one after the other, then side by side, each with its share of the budget.
+"""Plans for single questions and for sheets of questions, with methods in turns or side by side.
 
-A plan defines the order and the shares. It is data, so that it can be read as a table.
+The scheduler of `dineros.analysis.answers.stages` runs them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, TypeAlias
 
 from dineros.analysis.answers.beside import first_of_two
 from dineros.analysis.answers.budget import RAN_OUT, Budget, BudgetExceededError
 from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.answers.stages import PlanEntry, run_stages
 from dineros.analysis.answers.turns import Member
 from dineros.analysis.portfolio.known import Known, known_of
 from dineros.analysis.portfolio.method import Method
@@ -39,6 +40,42 @@ class SoFar:
     last: Outcome | None = None
 
 
+@dataclass
+class Answering:
+    """A question, and what its methods have found.
+
+    Attributes
+    ----------
+    answer : Outcome or None
+        The answer.
+    left : Outcome
+        The result if there is no answer: the reason why nothing is known.
+    """
+
+    question: Question
+    so_far: SoFar = field(default_factory=SoFar)
+    answer: Outcome | None = None
+    left: Outcome = field(default_factory=lambda: Outcome("unknown", reason=RAN_OUT["time"]))
+
+    def note(self, found: Outcome) -> None:
+        """Record the result of a method."""
+        self.so_far = SoFar(self.so_far.way if found.status == "unknown" else found, found)
+        if self.question.is_answer(found):
+            self.answer = found
+        elif found.status == "unknown":
+            self.left = found if found.states is not None else replace(found, states=self.left.states)
+
+    @property
+    def is_done(self) -> bool:
+        """Whether there is an answer."""
+        return self.answer is not None
+
+    @property
+    def has_way(self) -> bool:
+        """Whether there is an answer, or a trace that may not be a shortest one."""
+        return self.is_done or self.so_far.way is not None
+
+
 When: TypeAlias = Callable[[Question, SoFar], bool]
 """Whether a turn is taken, depending on the question and the results of earlier turns."""
 
@@ -49,33 +86,22 @@ def always(question: Question, so_far: SoFar) -> bool:
 
 
 @dataclass(frozen=True)
-class Turn:
-    """When a method is used, and its limits.
-
-    Attributes
-    ----------
-    when : callable
-        Returns whether it is used.
-    time : float
-        Share of the remaining time.
-    most_bytes, most_states : int, optional
-        Maximum memory, and maximum number of markings.
-    if_more_bytes : int
-        It is used only if the budget has more memory than this.
-    """
+class Turn(PlanEntry[Answering]):
+    """When a method is used, and its limits."""
 
     method: Method
     when: When = always
-    time: float = 1.0
-    most_seconds: float | None = None
-    most_bytes: int | None = None
-    most_states: int | None = None
-    if_more_bytes: int = 0
 
-    def share(self, budget: Budget) -> Budget:
-        """Return its share of a budget."""
-        share = budget.share(self.time, most_bytes=self.most_bytes, most_states=self.most_states)
-        return share if self.most_seconds is None else share.at_most(self.most_seconds)
+    def applies(self, record: Answering) -> bool:
+        """Return whether it is used."""
+        return self.when(record.question, record.so_far)
+
+    def run(self, record: Answering, budget: Budget) -> None:
+        """Ask the method, and record its result if it has one."""
+        question = record.question
+        found = self.method.answer(question, known_of(question.net), budget)
+        if found is not None:
+            record.note(found)
 
 
 @dataclass(frozen=True)
@@ -94,9 +120,19 @@ class Side:
     head_start: float = 0.0
     marking_bytes: int = 0
 
+    def member(self, question: Question) -> Member[Outcome]:
+        """Return it as an engine that answers a question."""
+        return Member(partial(self._answer, question), self.head_start, self.marking_bytes)
+
+    def _answer(self, question: Question, budget: Budget) -> Outcome | None:
+        """Take the turns; the answer of another side ends them by an exception, which propagates."""
+        record = Answering(question)
+        run_stages(record, self.turns, budget, lambda each: each.has_way, given_up=())
+        return record.so_far.last
+
 
 @dataclass(frozen=True)
-class Together:
+class Together(PlanEntry[Answering]):
     """Sides that run in parallel, or in turns with one core; the first answer ends all.
 
     Attributes
@@ -113,6 +149,22 @@ class Together:
     when: When = always
     alone: float | None = None
 
+    def applies(self, record: Answering) -> bool:
+        """Return whether they are used."""
+        return self.when(record.question, record.so_far)
+
+    def run(self, record: Answering, budget: Budget) -> None:
+        """Run the sides until one of them has an answer."""
+        question = record.question
+        members = [side.member(question) for side in self.sides]
+        found = None
+        with suppress(BudgetExceededError):
+            found = first_of_two(members, budget, question.ends_others, self.alone)
+        if found is not None:
+            record.note(found)
+        else:
+            record.left = replace(record.left, reason=RAN_OUT["time"])
+
 
 Plan: TypeAlias = Sequence[Turn | Together]
 
@@ -126,47 +178,9 @@ def answered(question: Question, plan: Plan, budget: Budget) -> Outcome:
         The first one that answers the question; otherwise a trace that may not be a shortest one, or the
         reason why nothing is known.
     """
-    budget, so_far, left = budget.begun(), SoFar(), Outcome("unknown", reason=RAN_OUT["time"])
-    for turn in plan:
-        if not turn.when(question, so_far):
-            continue
-        found = None
-        with suppress(BudgetExceededError):
-            found = _asked(question, turn, budget)
-        if found is not None:
-            if question.is_answer(found):
-                return replace(found, seconds=budget.spent)
-            so_far = SoFar(so_far.way if found.status == "unknown" else found, found)
-            if found.status == "unknown":
-                left = found if found.states is not None else replace(found, states=left.states)
-        elif isinstance(turn, Together):
-            left = replace(left, reason=RAN_OUT["time"])
-        if budget.is_over:
-            break
-    return replace(so_far.way or left, seconds=budget.spent)
-
-
-def _asked(question: Question, turn: Turn | Together, budget: Budget) -> Outcome | None:
-    if isinstance(turn, Turn):
-        return turn.method.answer(question, known_of(question.net), turn.share(budget))
-    members = [
-        Member(partial(_side, question, side), side.head_start, side.marking_bytes) for side in turn.sides
-    ]
-    return first_of_two(members, budget, question.ends_others, turn.alone)
-
-
-def _side(question: Question, side: Side, budget: Budget) -> Outcome | None:
-    """Take the turns of a side; the answer of another side ends it by an exception, which propagates."""
-    found: Outcome | None = None
-    for turn in side.turns:
-        if budget.memory <= turn.if_more_bytes or not turn.when(question, SoFar(None, found)):
-            continue
-        found = _asked(question, turn, budget) or found
-        if found is not None and (found.status != "unknown" or question.is_answer(found)):
-            return found
-        if budget.is_over:
-            break
-    return found
+    budget = budget.begun()
+    record = run_stages(Answering(question), plan, budget, lambda each: each.is_done)
+    return replace(record.answer or record.so_far.way or record.left, seconds=budget.spent)
 
 
 def not_all_stored(known: Known) -> bool:
@@ -175,7 +189,7 @@ def not_all_stored(known: Known) -> bool:
 
 
 @dataclass(frozen=True)
-class Stage:
+class SheetStage(PlanEntry["Sheet"]):
     """A method with all open questions about a net.
 
     Attributes
@@ -191,16 +205,20 @@ class Stage:
     part: float
     when: Callable[[Known], bool] = not_all_stored
 
+    def applies(self, record: Sheet) -> bool:
+        """Return whether it is used."""
+        return self.when(known_of(record.net))
 
-def answer_sheet(sheet: Sheet, stages: Sequence[Stage], known: Known) -> None:
+    def share(self, budget: Budget) -> Budget:
+        """Return its share: a part of the time of all questions, not of the rest."""
+        return budget.part(self.part)
+
+    def run(self, record: Sheet, budget: Budget) -> None:
+        """Ask the method all open questions."""
+        budget.stage(self.name)
+        self.method.answer_all(record, known_of(record.net), replace(budget, stages=None))
+
+
+def answer_sheet(sheet: Sheet, stages: Sequence[SheetStage]) -> None:
     """Answer many questions about a net, stage by stage, until all are answered or the time is over."""
-    whole = sheet.budget.seconds
-    for stage in stages:
-        if sheet.is_done or sheet.budget.is_over:
-            return
-        if not stage.when(known):
-            continue
-        sheet.budget.stage(stage.name)
-        share = sheet.budget if whole is None else sheet.budget.at_most(stage.part * whole)
-        with suppress(BudgetExceededError):
-            stage.method.answer_all(sheet, known, replace(share, stages=None))
+    run_stages(sheet, stages, sheet.budget, lambda each: each.is_done)

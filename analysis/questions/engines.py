@@ -8,11 +8,13 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, ClassVar
 
 from dineros.analysis.answers.apart import is_end
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.answers.stages import Attempt, Share, first_result
 from dineros.analysis.questions.net_questions import Branching, Enabled, Linear, Marking, Question
 
 if TYPE_CHECKING:
@@ -80,14 +82,8 @@ class Tina(Engine):
         raise tina.TinaError(f"TINA does not support this question: {type(question).__name__}")
 
 
-FIRST_SHARE, FIRST_SECONDS = 0.1, 5.0
-"""Part of the time, and seconds at most, for state classes before the net is asked without its times."""
-
-PLAIN_SHARE, PLAIN_SECONDS = 0.5, 120.0
-"""The same for the net without its times, before more state classes are built."""
-
-PART_SHARE = 0.3
-"""Part of the time for the part of the net that decides."""
+FIRST = Share(time=0.1, most_seconds=5.0)
+"""Share of state classes before other methods are used."""
 
 IN_PART = ", in a part of the net"
 """Suffix of the method's name if a part of the net decided the question."""
@@ -119,22 +115,30 @@ class Timed(Engine):
         budget = budget.begun()
         if self.net.is_unforced and self._is_about_markings(question):
             return self._plain(question, budget)
-        part = self._part(question)
-        if part is None and not self._holds_with_fewer_runs(question):
-            return self._of_classes(question, budget)
-        found = self._of_classes(question, budget.share(FIRST_SHARE).at_most(FIRST_SECONDS))
-        if found.status != "unknown":
-            return found
+        part, attempts = self._part(question), list[Attempt[Outcome]]()
         if part is not None:
-            found = replace(self, net=part.net)._of_classes(question, budget.share(PART_SHARE))
-            if found.status in ("unreachable", "holds"):
-                return replace(found, by=f"{found.by}{IN_PART}", evidence=None)
-            if not self._holds_with_fewer_runs(question):
-                return self._of_classes(question, budget)
-        plain = self._plain(_relaxed(question), budget.share(PLAIN_SHARE).at_most(PLAIN_SECONDS))
-        if plain.status in ("unreachable", "holds"):
-            return plain
-        return self._of_classes(question, budget)
+            of_part = partial(self._of_part, part, question)
+            attempts.append(Attempt(of_part, time=0.3))
+        if self._holds_with_fewer_runs(question):
+            attempts.append(Attempt(partial(self._proved_plainly, question), time=0.5, most_seconds=120.0))
+        if attempts:
+            soon = self._of_classes(question, FIRST.share(budget))
+            if soon.status != "unknown":
+                return soon
+        found = first_result(attempts, budget)
+        return self._of_classes(question, budget) if found is None else found
+
+    def _of_part(self, part: NetPart, question: Question, budget: Budget) -> Outcome | None:
+        """Ask the part of the net that decides; None if that proves nothing."""
+        found = replace(self, net=part.net)._of_classes(question, budget)
+        if found.status not in ("unreachable", "holds"):
+            return None
+        return replace(found, by=f"{found.by}{IN_PART}", evidence=None)
+
+    def _proved_plainly(self, question: Question, budget: Budget) -> Outcome | None:
+        """Ask the net without its times; None if that proves nothing."""
+        found = self._plain(_relaxed(question), budget)
+        return found if found.status in ("unreachable", "holds") else None
 
     def _part(self, question: Question) -> NetPart | None:
         """Return the part of the net that decides; None if there is none, or it is nearly the net."""

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.answers.stages import fairly
 from dineros.analysis.logic.graphs.predicates import is_condition
 from dineros.analysis.logic.language.atoms import BoundAtoms, all_resolved
 from dineros.analysis.logic.language.names import Names
@@ -176,8 +177,8 @@ def verify_branching(
 def _all_of(asked: Sequence[Callable[[Budget], Outcome]], budget: Budget) -> Outcome:
     """Return the answer to a conjunction: a violation, else an unknown answer, else the last answer."""
     answers: list[Outcome] = []
-    for number, ask in enumerate(asked):
-        answers.append(ask(budget.share(1 / (len(asked) - number))))
+    for ask, share in fairly(asked, budget):
+        answers.append(ask(share))
         if answers[-1].status == "violated" or budget.is_over:
             break
     worst = min(answers, key=lambda answer: ["violated", "unknown", "holds"].index(answer.status))

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from dineros.analysis.answers.budget import Budget, BudgetExceededError
+from dineros.analysis.answers.stages import Share
 from dineros.analysis.logic.language.names import NetNames
 from dineros.analysis.logic.language.syntax import Name
 from dineros.analysis.model.subject import Subject
@@ -21,10 +22,8 @@ from dineros.metamodel.callbacks.waiting import Slots, free_slots, goal_counts
 if TYPE_CHECKING:
     from dineros.transformations.flattening.traces import Link
 
-SHARE = 0.1
+SHARE = Share(time=0.1, seconds_if_unlimited=5.0)
 """Share of the remaining time for the search for such a marking."""
-LEAST_SECONDS = 5.0
-"""Seconds of that search if there is no time limit."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +64,7 @@ def held_back(subject: Subject, budget: Budget) -> list[HeldBack]:
             continue
         from dineros.analysis.portfolio.asking import find_marking
 
-        share = budget.share(SHARE) if budget.left is not None else budget.at_most(LEAST_SECONDS)
+        share = SHARE.share(budget)
         try:
             answer = find_marking(subject.net, _full(subject, slots), NetNames(subject.net), share)
         except BudgetExceededError:

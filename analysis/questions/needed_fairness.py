@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.answers.stages import Share
 from dineros.analysis.model.fairness import unfairness
 from dineros.analysis.model.subject import Subject
 from dineros.analysis.questions.net_questions import Linear
@@ -23,8 +24,8 @@ from dineros.analysis.questions.net_questions import Linear
 MOST_ROUNDS = 12
 """Maximum number of runs from which assumptions are taken."""
 
-SECONDS, SHARE = 10.0, 0.2
-"""Maximum time in seconds, and share of the remaining time."""
+SHARE = Share(time=0.2, most_seconds=10.0)
+"""Share of this search."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +67,7 @@ def needed_fairness(
     """
     if answer.status != "violated" or not answer.loop:
         return None
-    share = budget.share(SHARE).at_most(SECONDS)
+    share = SHARE.share(budget)
     names = subject.net.transitions
     weak: list[str] = []
     strong: list[str] = []

@@ -7,6 +7,7 @@ from fractions import Fraction
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.answers.stages import Share
 from dineros.analysis.bounds.answers import Bounds
 from dineros.analysis.latencies.answers import End, Latencies, Latency, end_of
 from dineros.analysis.logic.language.errors import FormulaError
@@ -22,12 +23,10 @@ NO_TIMES = "it bounds a time: use --time and a model with times"
 GUARDS = "the model has guards: only safe bounds follow them, and they do not prove it"
 BY = "state classes that follow each instance"
 BY_BOUNDS = "bounds of response times"
-EXACT_SHARE = 0.5
+EXACT = Share(time=0.5)
 """Share of the remaining time for the search of exact times."""
-DECIDED_SHARE = 0.1
+DECIDED = Share(time=0.1, most_seconds=10.0)
 """The same if a safe bound has proved the property: the exact time is only more precise."""
-DECIDED_SECONDS = 10.0
-"""Limit of that search in seconds, also if the time has no limit."""
 
 
 @dataclass(frozen=True)
@@ -58,9 +57,7 @@ class AskedLatency:
             first, last = self._ends(model)
             safe = self._safe(first, last)
             is_decided = safe is not None and safe <= self.bound.seconds
-            share = budget.share(DECIDED_SHARE if is_decided else EXACT_SHARE)
-            if is_decided:
-                share = share.at_most(DECIDED_SECONDS)
+            share = (DECIDED if is_decided else EXACT).share(budget)
             asked = Latencies(model, share, self.subject)
             if last is not None:
                 found = asked.between(first, last, with_ages=False)

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 from math import inf
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget, BudgetExceededError
+from dineros.analysis.answers.stages import Attempt, Share, fairly, first_result
 from dineros.analysis.checks.remedies import remedy_text
 from dineros.analysis.covering.firings import firings
 from dineros.analysis.covering.growth import remedy_of
@@ -34,11 +35,14 @@ from dineros.metamodel import sym
 FIRST_WORK = 4_000_000
 """Cache misses of saturation, a few seconds, that the state space may cost before it is left for last."""
 
-SPACE_SHARE, FIRST_PART = 0.3, 0.8
-"""Part of the time for the state space, and for all queues when they are first looked at."""
+SPACE, FIRST_PART = Share(time=0.3), 0.8
+"""Share of the state space, and part of the time for all queues when they are first looked at."""
 
 FIRST_SECONDS = 20.0
 """Seconds at most for a queue then, where there is no state space."""
+
+TREE, LARGEST_LOAD, FIRINGS = Share(time=0.1), Share(time=0.3), Share(time=0.3)
+"""Shares of the coverability tree, of the largest number of messages, and of each capacity that is tried."""
 
 LARGEST = 1 << 12
 """Capacity at which the search gives up."""
@@ -91,18 +95,17 @@ def suggest_capacities(
     subject = base_subject(model, overflow="inhibitor")
     search = _CapacitySearch(subject)
     # A state space that takes long comes last: most queues need none.
-    search.make_space(budget.share(SPACE_SHARE), FIRST_WORK)
+    search.make_space(SPACE.share(budget), FIRST_WORK)
     asked = list(queues(subject))
-    for number, queue in enumerate(asked):
+    for queue, share in fairly(asked, budget, factor=FIRST_PART):
         budget.stage(f"the capacity of {queue}")
-        share = budget.share(FIRST_PART / (len(asked) - number))
         found.append(search.answer(queue, share if search.has_space else share.at_most(FIRST_SECONDS)))
     left = [number for number, each in enumerate(found) if each.needed is None and not each.grows]
     if left and not search.has_space:
-        search.make_space(budget.share(SPACE_SHARE), None)
-        for position, number in enumerate(left):
+        search.make_space(SPACE.share(budget), None)
+        for number, share in fairly(left, budget):
             budget.stage(f"the capacity of {asked[number]}")
-            again = search.answer(asked[number], budget.share(1 / (len(left) - position)))
+            again = search.answer(asked[number], share)
             if again.needed is not None or again.grows or not budget.is_over:
                 found[number] = again
     return found
@@ -161,7 +164,7 @@ class _CapacitySearch:
         endless = _without_limit(net, queue.drops, queue.capacity)
         if self._own is None:
             return self._on_the_way(queue, endless)
-        growth = coverability(endless, budget=self._budget.share(0.1))
+        growth = coverability(endless, budget=TREE.share(self._budget))
         if growth.pumping is not None and net.places.index(queue.load) in growth.pumping.places:
             return self._grows(queue, endless, growth.pumping)
         large = limit
@@ -186,10 +189,16 @@ class _CapacitySearch:
         """Find it without all markings: a loop is near as a rule, and the tree can be large."""
         net = self._subject.net
         load = net.places.index(queue.load)
-        loop = loop_raising(endless, load, self._budget.share(0.1))
-        if loop is None:
-            far = first_round(endless, self._budget.share(0.3), growing=[load]).pumpings
-            loop = next((each for each in far if load in each.places), None)
+
+        def by_walks(budget: Budget) -> Pumping | None:
+            far = first_round(endless, budget, growing=[load]).pumpings
+            return next((each for each in far if load in each.places), None)
+
+        attempts = (
+            Attempt(lambda budget: loop_raising(endless, load, budget), time=0.1),
+            Attempt(by_walks, time=0.3),
+        )
+        loop = first_result(attempts, self._budget)
         if loop is not None:
             return self._grows(queue, endless, loop)
         tried = self._tried(queue)
@@ -197,7 +206,7 @@ class _CapacitySearch:
             return tried
         # A message that arrives at a queue that holds any number is lost at any capacity.
         sources = {place for drop in self._drops(queue) for place, _ in net.pre.row(drop)}
-        largest = largest_beside(endless, load, sources, self._budget.share(0.3))
+        largest = largest_beside(endless, load, sources, LARGEST_LOAD.share(self._budget))
         if largest == inf:
             return self._grows(queue, endless, None)
         if largest is None:
@@ -228,7 +237,7 @@ class _CapacitySearch:
         """Return a firing sequence that loses a message, or the reason why none could be excluded."""
         net = self._subject.net.with_initial({queue.capacity: capacity})
         drops = self._drops(queue)
-        known = firings(net, self._budget.share(0.3), drops, asks_deadlock=False)
+        known = firings(net, FIRINGS.share(self._budget), drops, asks_deadlock=False)
         if not known.traces.keys().isdisjoint(drops):
             return known.way_to(drops), ""
         return None, "" if known.dead.issuperset(drops) else known.why_open or "not decided"

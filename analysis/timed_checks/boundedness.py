@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
+from dineros.analysis.answers.budget import Budget
+from dineros.analysis.answers.stages import Share, Stage, run_stages
 from dineros.analysis.checks.boundedness import Boundedness, Places
 from dineros.analysis.checks.question import Checked, Question
 from dineros.analysis.covering.firings import Firings
@@ -16,20 +20,159 @@ from dineros.analysis.witnesses.witness import pumping_witness
 from dineros.metamodel import sym
 from dineros.metamodel.guards.using import guarded
 
-FIRST_SHARE, FIRST_SECONDS = 0.1, 5.0
-"""Part of the time, and seconds at most, in which the classes of most nets are all built."""
+FIRST = Share(time=0.1, most_seconds=5.0)
+"""Share in which the classes of most nets are all built."""
 
 ALL_SECONDS = 300.0
 """Seconds for all that is left if there are more classes, and no other limit of time."""
 
-WALKS_SHARE, UNTIMED_SHARE, UNTIMED_SECONDS = 0.1, 0.4, 120.0
-"""Parts of what is left for random runs and for the net without its times, and seconds at most for that."""
+PART = Share(most_seconds=5.0)
+"""Limit of each part of the net."""
 
-PARTS_SHARE, PART_SECONDS = 0.15, 5.0
-"""Part of what is left then for parts of the net, and seconds at most for each."""
+FAR = Share(time=0.4)
+"""Share of a depth-first search."""
 
-CLASSES_SHARE, FAR_SHARE = 0.6, 0.4
-"""Parts of the remaining time for the classes, and for a depth-first search."""
+
+def _firings(explored: Explored) -> Firings:
+    """Return what the classes show about firings, in the form for questions about queues and the like."""
+    ways = explored.ways
+    is_all = explored.is_complete
+    every = range(len(explored.net.untimed.transitions))
+    return Firings(
+        traces=dict(ways),
+        dead={t for t in every if t not in ways} if is_all else set(),
+        has_no_deadlock=is_all and not explored.ends,
+        is_complete=is_all,
+        reason=explored.reason,
+    )
+
+
+@dataclass
+class _TimedFacts:
+    """What is known of the net so far."""
+
+    known: TimedChecked
+    explored: Explored
+    proof: WithoutTimes | None = None
+
+    def __post_init__(self) -> None:
+        self.found = _firings(self.explored)
+        self.ways = [f"state classes with times, compared by inclusion ({self.explored.kind})"]
+
+    @property
+    def grows(self) -> bool:
+        """Whether places grow without bound."""
+        return self.explored.growth is not None
+
+    @property
+    def needs_classes(self) -> bool:
+        """Whether state classes would add something: only they decide whether callbacks always end."""
+        net, found, proof = self.explored.net, self.found, self.proof
+        return not (
+            proof is not None
+            and proof.most is not None
+            and found.has_no_deadlock
+            and not self.known.waiting.callbacks
+            and not any(map(found.is_open, range(len(net.intervals))))
+            and time_goes_on(net)
+        )
+
+    def bound_responses(self, budget: Budget) -> None:
+        """Note what bounds of response times exclude, and say so: they are there for models of any size."""
+        from dineros.analysis.bounds.losses import never_lost
+
+        subject = self.known.subject
+        with self.known.guarded(None):
+            if guarded(subject.model):
+                return
+            excluded = {subject.transition_index[name] for name in never_lost(subject)}
+            excluded -= self.found.traces.keys()
+            self.found.dead |= excluded
+            self.ways += ["bounds of response times"] if excluded else []
+
+    def walk(self, budget: Budget) -> None:
+        """Note what random runs meet."""
+        self.ways.append("random runs")
+        run_stages(self, WALKS, budget, given_up=())
+        for transition, way in self.known.walked.ways.items():
+            self._note_way(transition, way)
+
+    def walk_soon(self, budget: Budget) -> None:
+        """Fire each transition as soon as it may fire, or at random."""
+        self.known.walked = walk_in_time(self.known.timed.timed, budget)
+
+    def walk_late(self, budget: Budget) -> None:
+        """Fire transitions as late as possible."""
+        walk_late(self.known.timed.timed, self.known.walked, budget)
+
+    def walk_towards(self, budget: Budget) -> None:
+        """Walk to transitions that did not fire."""
+        net, found = self.known.timed.timed, self.found
+        unmet = set(range(len(net.intervals))) - found.traces.keys() - found.dead
+        walk_towards(net, sorted(unmet), self.known.walked, budget)
+
+    def ask_without_times(self, budget: Budget) -> None:
+        """Note what the net without its times proves."""
+        self.ways.append("the net without its times")
+        subject, found = self.known.timed, self.found
+        self.proof = proof = without_times(subject, budget, self.known.orders)
+        found.dead |= {subject.transition_index[name] for name in proof.dead} - found.traces.keys()
+        # Priorities in a circle keep each other from firing.
+        is_free = not any(t in above for t, above in enumerate(self.explored.net.above))
+        found.has_no_deadlock = proof.has_no_deadlock and is_free
+
+    def ask_parts(self, budget: Budget) -> None:
+        """Add what never fires in the part of the net that decides."""
+        net, found = self.known.timed.timed, self.found
+        asked: dict[frozenset[int], frozenset[int]] = {}
+        before = len(found.dead)
+        for transition in range(len(net.intervals)):
+            if not found.is_open(transition) or budget.is_over:
+                continue
+            part = part_of_firing(net, transition)
+            if part is None:
+                continue
+            if part.own not in asked:
+                seen = explore_timed(part.net, PART.share(budget))
+                asked[part.own] = part.own - seen.ways.keys() if seen.is_complete else frozenset()
+            found.dead |= asked[part.own] - found.traces.keys()
+        if len(found.dead) > before:
+            self.ways.append("parts of the net")
+
+    def add_classes(self, budget: Budget) -> None:
+        """Build more classes, and add what they show about firings."""
+        known = self.found
+        self.explored = explore_timed(self.known.timed.timed, budget, self.explored)
+        self.found = _firings(self.explored)
+        if self.found.is_complete:
+            self.ways = self.ways[:1]
+            return
+        for transition, way in known.traces.items():
+            self._note_way(transition, way)
+        self.found.dead |= known.dead - self.found.traces.keys()
+        self.found.has_no_deadlock = known.has_no_deadlock
+
+    def _note_way(self, transition: int, way: tuple[int, ...]) -> None:
+        traces = self.found.traces
+        if transition not in traces or len(way) < len(traces[transition]):
+            traces[transition] = way
+
+
+WALKS = (
+    Stage(_TimedFacts.walk_soon),
+    Stage(_TimedFacts.walk_late, time=0.5),
+    Stage(_TimedFacts.walk_towards),
+)
+"""Random runs with times."""
+
+PLAN = (
+    Stage(_TimedFacts.bound_responses),
+    Stage(_TimedFacts.walk, lambda facts: not facts.grows, time=0.1),
+    Stage(_TimedFacts.ask_without_times, lambda facts: not facts.grows, time=0.4, most_seconds=120.0),
+    Stage(_TimedFacts.ask_parts, lambda facts: not facts.grows, time=0.15),
+    Stage(_TimedFacts.add_classes, lambda facts: not facts.grows and facts.needs_classes, time=0.6),
+)
+"""What is asked if there are many classes."""
 
 
 class TimedBoundedness(Question):
@@ -46,29 +189,18 @@ class TimedBoundedness(Question):
     def ask(self, checked: Checked) -> None:
         """Build the classes, and record which transitions fire in them."""
         known = with_times(checked)
-        net, first = known.timed.timed, checked.budget.share(FIRST_SHARE)
-        explored = explore_timed(net, first.at_most(FIRST_SECONDS))
-        found = _firings(explored)
-        ways = [f"state classes with times, compared by inclusion ({explored.kind})"]
-        proof: WithoutTimes | None = None
-        if not explored.is_complete:
+        facts = _TimedFacts(known, explore_timed(known.timed.timed, FIRST.share(checked.budget)))
+        if not facts.explored.is_complete:
             # Without a limit, the classes of a large net would be built until the memory is full.
             checked.budget = checked.budget.unless_limited(ALL_SECONDS)
-            with checked.guarded(None):
-                ways += self._bound_responses(checked, found)
-        if not explored.is_complete and explored.growth is None:
-            ways += ["random runs", "the net without its times"]
-            self._walk(known, found)
-            proof = self._ask_without_times(known, explored, found)
-            if self._ask_parts(known, found):
-                ways.append("parts of the net")
-            if not _is_all_known(known, explored, found, proof):
-                explored = explore_timed(net, checked.budget.share(CLASSES_SHARE), explored)
-                found, ways = _with_classes(explored, found, ways)
+            run_stages(facts, PLAN, checked.budget, given_up=())
+        explored, found = facts.explored, facts.found
         known.explored, known.firings = explored, found
-        self._report(known, explored, ways, proof)
-        if explored.growth is None and any(map(found.is_open, range(len(net.intervals)))):
-            self._look_far(known, explored, found)
+        self._report(known, explored, facts.ways, facts.proof)
+        if explored.growth is None and any(map(found.is_open, range(len(explored.net.intervals)))):
+            ways, others = fire_far_away(explored.net, {*found.traces, *found.dead}, FAR.share(known.budget))
+            found.traces.update(ways)
+            found.possible |= others
 
     @staticmethod
     def _report(known: TimedChecked, explored: Explored, ways: list[str], proof: WithoutTimes | None) -> None:
@@ -93,106 +225,6 @@ class TimedBoundedness(Question):
             )
         else:
             known.leave_open("whether the net is bounded", explored.reason)
-
-    @staticmethod
-    def _bound_responses(checked: Checked, found: Firings) -> list[str]:
-        """Note what bounds of response times exclude, and say so: they are there for models of any size."""
-        from dineros.analysis.bounds.losses import never_lost
-
-        if guarded(checked.subject.model):
-            return []
-        excluded = {checked.subject.transition_index[name] for name in never_lost(checked.subject)}
-        excluded -= found.traces.keys()
-        found.dead |= excluded
-        return ["bounds of response times"] if excluded else []
-
-    @staticmethod
-    def _walk(known: TimedChecked, found: Firings) -> None:
-        """Note what random runs meet."""
-        net, budget = known.timed.timed, known.budget.share(WALKS_SHARE)
-        known.walked = walk_in_time(net, budget)
-        walk_late(net, known.walked, budget.share(0.5))
-        unmet = set(range(len(net.intervals))) - found.traces.keys() - found.dead
-        walk_towards(net, sorted(unmet), known.walked, budget)
-        for transition, way in known.walked.ways.items():
-            if transition not in found.traces or len(way) < len(found.traces[transition]):
-                found.traces[transition] = way
-
-    @staticmethod
-    def _ask_without_times(known: TimedChecked, explored: Explored, found: Firings) -> WithoutTimes:
-        """Note what the net without its times proves, and return it."""
-        subject = known.timed
-        budget = known.budget.share(UNTIMED_SHARE).at_most(UNTIMED_SECONDS)
-        proof = without_times(subject, budget, known.orders)
-        found.dead |= {subject.transition_index[name] for name in proof.dead} - found.traces.keys()
-        # Priorities in a circle keep each other from firing.
-        is_free = not any(t in above for t, above in enumerate(explored.net.above))
-        found.has_no_deadlock = proof.has_no_deadlock and is_free
-        return proof
-
-    @staticmethod
-    def _ask_parts(known: TimedChecked, found: Firings) -> bool:
-        """Add what never fires in the part of the net that decides; return whether there is anything."""
-        net, budget = known.timed.timed, known.budget.share(PARTS_SHARE)
-        asked: dict[frozenset[int], frozenset[int]] = {}
-        before = len(found.dead)
-        for transition in range(len(net.intervals)):
-            if not found.is_open(transition) or budget.is_over:
-                continue
-            part = part_of_firing(net, transition)
-            if part is None:
-                continue
-            if part.own not in asked:
-                seen = explore_timed(part.net, budget.at_most(PART_SECONDS))
-                asked[part.own] = part.own - seen.ways.keys() if seen.is_complete else frozenset()
-            found.dead |= asked[part.own] - found.traces.keys()
-        return len(found.dead) > before
-
-    @staticmethod
-    def _look_far(checked: Checked, explored: Explored, found: Firings) -> None:
-        """Note what fires far from the beginning."""
-        share = checked.budget.share(FAR_SHARE)
-        ways, others = fire_far_away(explored.net, {*found.traces, *found.dead}, share)
-        found.traces.update(ways)
-        found.possible |= others
-
-
-def _is_all_known(known: TimedChecked, explored: Explored, found: Firings, proof: WithoutTimes) -> bool:
-    """Return whether state classes would add nothing: only they decide whether callbacks always end."""
-    return (
-        proof.most is not None
-        and found.has_no_deadlock
-        and not known.waiting.callbacks
-        and not any(map(found.is_open, range(len(explored.net.intervals))))
-        and time_goes_on(explored.net)
-    )
-
-
-def _with_classes(explored: Explored, found: Firings, ways: list[str]) -> tuple[Firings, list[str]]:
-    """Add what further classes show about firings, and which engine showed it."""
-    told = _firings(explored)
-    if told.is_complete:
-        return told, ways[:1]
-    for transition, way in found.traces.items():
-        if transition not in told.traces or len(way) < len(told.traces[transition]):
-            told.traces[transition] = way
-    told.dead |= found.dead - told.traces.keys()
-    told.has_no_deadlock = found.has_no_deadlock
-    return told, ways
-
-
-def _firings(explored: Explored) -> Firings:
-    """Return what the classes show about firings, in the form for questions about queues and the like."""
-    ways = explored.ways
-    is_all = explored.is_complete
-    every = range(len(explored.net.untimed.transitions))
-    return Firings(
-        traces=dict(ways),
-        dead={t for t in every if t not in ways} if is_all else set(),
-        has_no_deadlock=is_all and not explored.ends,
-        is_complete=is_all,
-        reason=explored.reason,
-    )
 
 
 class TimedPlaces(Places):

@@ -15,6 +15,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from dineros.analysis.answers.stages import Share
 from dineros.analysis.callbacks.blocking import MOST_PARTS, Blocked
 from dineros.analysis.callbacks.circles import Circle, Waiter
 from dineros.analysis.callbacks.waiting import Callback
@@ -28,7 +29,7 @@ from dineros.analysis.timed_checks.timed_checked import TimedChecked, with_times
 
 ALL_END = "every callback that has begun ends"
 OTHERS_END = "every other callback that has begun ends"
-GRAPH_SHARE = 0.5
+GRAPH = Share(time=0.5)
 """Part of the time that is left for the graph of all classes."""
 
 
@@ -52,7 +53,7 @@ class TimedCallbacks(Callbacks):
             checked.leave_open(asks, known.explored.reason)
             return
         net = known.timed.timed
-        graph = timed_graph(net, "S" if net.has_priorities else "W", checked.budget.share(GRAPH_SHARE))
+        graph = timed_graph(net, "S" if net.has_priorities else "W", GRAPH.share(checked.budget))
         known.waits = waits_of(graph, callbacks)
         found = self._report(checked, _blocked(graph, known.waiting.circle, callbacks))
         is_open = {

@@ -8,6 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from dineros.analysis.answers.stages import Share
 from dineros.analysis.checks.question import Checked, Question
 from dineros.analysis.checks.unused import TRANSITION
 from dineros.analysis.logic.graphs.predicates import MarkingMatrix, enabled
@@ -21,7 +22,7 @@ from dineros.analysis.timed_checks.timed_checked import TimedChecked, with_times
 from dineros.analysis.timed_checks.without_times import time_goes_on
 from dineros.analysis.witnesses.witness import witness_of
 
-GRAPH_SHARE = 0.3
+GRAPH = Share(time=0.3)
 """Part of the time for the graph of strong classes, which only nets with priorities need here."""
 
 NO_LOOP = "no loop of firings happens in no time"
@@ -131,7 +132,7 @@ def _loop(known: TimedChecked) -> tuple[Trace, Trace] | None:
     if not immediate(net):
         return None
     if net.has_priorities:
-        graph = timed_graph(net, "S", known.budget.share(GRAPH_SHARE))
+        graph = timed_graph(net, "S", GRAPH.share(known.budget))
         kept = np.isin(graph.label, immediate(net))
         edges = graph.source[kept], graph.target[kept], graph.label[kept]
         loop = _circle(graph.classes, edges)

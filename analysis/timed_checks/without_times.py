@@ -18,26 +18,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dineros.analysis.answers.budget import Budget, BudgetExceededError
+from dineros.analysis.answers.budget import Budget
+from dineros.analysis.answers.stages import Stage, run_stages
 from dineros.analysis.covering.firings import firings
 from dineros.analysis.model.subject import flattened_without_signals
 from dineros.analysis.nets.bounds import place_bounds
 from dineros.analysis.nets.linear_programs import LinearProgram, in_whole_numbers
+from dineros.analysis.portfolio.budgets import GIVEN_UP
 from dineros.analysis.questions.relaxed import Relaxed, bounds_in_time, relaxed
 from dineros.analysis.symbolic.engine import SymbolicStateSpace, symbolic_state_space
-from dineros.analysis.symbolic.levels import LevelSizeError, UnknownBoundError
 from dineros.analysis.symbolic.order_cache import OrderCache
-from dineros.analysis.symbolic.saturation import DiagramMemoryError
 from dineros.analysis.timed.nets import TimedNet, compile_timed_net
 from dineros.analysis.timed.timed_subject import TimedSubject, signals_matter
 from dineros.metamodel import sym
 from dineros.metamodel.times.given import says_times
-
-BOUNDS_SHARE = 0.3
-"""Part of what is left, if there are too many markings, for bounds by weighted sums of tokens."""
-
-SPACE_SHARE = 0.6
-"""Part of the time for all markings; the rest is for single transitions."""
 
 
 @dataclass(frozen=True)
@@ -64,31 +58,58 @@ def without_times(subject: TimedSubject, budget: Budget, orders: OrderCache | No
     timed, model = subject.timed, subject.model
     if isinstance(model, sym.SystemModel) and signals_matter(model):
         timed = compile_timed_net(flattened_without_signals(model, times=says_times(model))[0].net)
-    net = timed.untimed
-    loose = net.once(relaxed)
-    try:
-        space = symbolic_state_space(loose.net, budget.share(SPACE_SHARE), orders=orders)
-        if space.complete:
-            return _proved(subject.timed, timed, loose, space, budget)
-    except (BudgetExceededError, DiagramMemoryError, LevelSizeError, UnknownBoundError):
-        pass
-    most = _most_in_time(subject.timed, timed, loose, budget.share(BOUNDS_SHARE))
-    found = firings(net, budget)
-    dead = frozenset(net.transitions[t] for t in found.dead)
-    return WithoutTimes(dead, most, has_no_deadlock=found.has_no_deadlock)
+    proof = _Proof(subject.timed, timed, timed.untimed.once(relaxed), orders)
+    run_stages(proof, PLAN, budget, lambda each: each.known is not None, given_up=GIVEN_UP)
+    return proof.known or WithoutTimes(frozenset(), proof.most)
 
 
-def _most_in_time(net: TimedNet, timed: TimedNet, loose: Relaxed, budget: Budget) -> int | None:
-    """Return how many tokens a place can hold by weighted sums of tokens; None if they do not bound all."""
-    sums = [bound.value for bound in place_bounds(loose.net) if bound is not None]
-    if len(sums) < len(loose.net.places):
-        return None
-    try:
-        found = bounds_in_time(timed, loose, _of_signals(net, timed), budget)
-    except BudgetExceededError:
-        return None
-    bounds = [bound for bound in found.values() if bound is not None]
-    return max([*sums, *bounds], default=0) if len(bounds) == len(found) else None
+@dataclass
+class _Proof:
+    """What is asked, and what is proved so far; `timed` is the net without signals."""
+
+    net: TimedNet
+    timed: TimedNet
+    loose: Relaxed
+    orders: OrderCache | None
+    space: SymbolicStateSpace | None = None
+    most: int | None = None
+    known: WithoutTimes | None = None
+
+    def make_space(self, budget: Budget) -> None:
+        """Explore all markings."""
+        space = symbolic_state_space(self.loose.net, budget, orders=self.orders)
+        self.space = space if space.complete else None
+
+    def by_all_markings(self, budget: Budget) -> None:
+        """Evaluate all markings."""
+        assert self.space is not None
+        self.known = _proved(self.net, self.timed, self.loose, self.space, budget)
+
+    def by_sums(self, budget: Budget) -> None:
+        """Bound the tokens of places by weighted sums of tokens."""
+        sums = [bound.value for bound in place_bounds(self.loose.net) if bound is not None]
+        if len(sums) < len(self.loose.net.places):
+            return
+        found = bounds_in_time(self.timed, self.loose, _of_signals(self.net, self.timed), budget)
+        bounds = [bound for bound in found.values() if bound is not None]
+        if len(bounds) == len(found):
+            self.most = max([*sums, *bounds], default=0)
+
+    def by_firings(self, budget: Budget) -> None:
+        """Search for what fires, transition by transition."""
+        net = self.timed.untimed
+        found = firings(net, budget)
+        dead = frozenset(net.transitions[t] for t in found.dead)
+        self.known = WithoutTimes(dead, self.most, has_no_deadlock=found.has_no_deadlock)
+
+
+PLAN = (
+    Stage(_Proof.make_space, time=0.6),
+    Stage(_Proof.by_all_markings, lambda proof: proof.space is not None),
+    Stage(_Proof.by_sums, time=0.3),
+    Stage(_Proof.by_firings),
+)
+"""Bounds, and firings one by one, are only asked if there are too many markings."""
 
 
 def _of_signals(net: TimedNet, timed: TimedNet) -> frozenset[int]:

@@ -17,6 +17,7 @@ from dataclasses import replace
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.answers.stages import Attempt, Share, first_result
 from dineros.analysis.covering.bounded_part import unbounded_places
 from dineros.analysis.covering.goals import decide_goal
 from dineros.analysis.covering.growing import without_growth
@@ -44,6 +45,9 @@ from dineros.analysis.nets.compiled import CompiledNet
 NEAR = 200_000
 """Maximum number of markings of a search for a goal that is not about single places."""
 
+GROWTH = Share(time=0.2)
+"""Share of the proof that the net is unbounded."""
+
 Check = Callable[[CompiledNet, Formula, Names, Budget], Outcome]
 """`check_ctl`."""
 
@@ -58,14 +62,15 @@ def decide_endless(
     check : callable
         Decides a formula on a bounded net.
     """
-    pumping = growth_of(net, budget.share(0.2))
+    pumping = growth_of(net, GROWTH.share(budget))
     if pumping is None:
         return None
-    found = (
-        _without_counters(net, tree, atoms, names, budget, check)
-        or _by_search(net, tree, names, budget)
-        or _by_run(net, tree, names, budget)
+    attempts = (
+        Attempt(lambda share: _without_counters(net, tree, atoms, names, share, check)),
+        Attempt(lambda share: _by_search(net, tree, names, share)),
+        Attempt(lambda share: _by_run(net, tree, names, share), time=0.5),
     )
+    found = first_result(attempts, budget)
     if found is None:
         found = Outcome("unknown", reason=f"states: {endless_text(net, pumping)}")
     return replace(found, seconds=budget.spent, states=found.states or 0)
@@ -105,11 +110,15 @@ def _by_search(net: CompiledNet, tree: Formula, names: Names, budget: Budget) ->
 
 
 def _reached(net: CompiledNet, goal: Goal, budget: Budget) -> Outcome | None:
-    known = decide_goal(net, goal, budget.share(0.5))
-    if known is not None:
-        return known
-    near = find(net, goal, budget.share(0.5, most_states=NEAR))
-    return None if near.status == "unknown" else near
+    def near(share: Budget) -> Outcome | None:
+        found = find(net, goal, share)
+        return None if found.status == "unknown" else found
+
+    attempts = (
+        Attempt(lambda share: decide_goal(net, goal, share), time=0.5),
+        Attempt(near, time=0.5, most_states=NEAR),
+    )
+    return first_result(attempts, budget)
 
 
 def _by_run(net: CompiledNet, tree: Formula, names: Names, budget: Budget) -> Outcome | None:
@@ -117,7 +126,7 @@ def _by_run(net: CompiledNet, tree: Formula, names: Names, budget: Budget) -> Ou
     if linear is None:
         return None
     runs = EndlessRuns(net, linear, BoundAtoms(net, linear, names), names, (), (), verify_ltl)
-    answer = runs.decide(budget.share(0.5))
+    answer = runs.decide(budget)
     if answer is None or answer.status == "violated":
         return answer
     # It is as strong as the formula only if there is one quantifier in front.

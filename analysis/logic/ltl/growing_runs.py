@@ -17,10 +17,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import chain
 
 from dineros.analysis.answers.budget import Budget, Progress
 from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.answers.stages import Attempt, Share, first_result
 from dineros.analysis.covering.bounded_part import (
     bounded_part,
     free_transitions,
@@ -58,6 +60,9 @@ MOST_STATES = 300_000
 NEAR_MARKINGS = 2_000
 """Number of markings in which loops are searched that refute the formula directly."""
 
+SMALL_TREE, DEADLOCKS = Share(time=0.1), Share(time=0.5)
+"""Shares of this check, and of the proof that the net without unbounded places has no deadlock."""
+
 Verify = Callable[[CompiledNet, Formula, Names, Iterable[str], Iterable[str], Budget], Outcome]
 """`verify_ltl`."""
 
@@ -82,8 +87,7 @@ def watching(budget: Budget, net: CompiledNet) -> Budget:
             return
         has_looked = True
         if unbounded_places(net):
-            share = budget.share(0.1)
-            pumping = coverability(net, NODES, share, only_boundedness=True).pumping
+            pumping = coverability(net, NODES, SMALL_TREE.share(budget), only_boundedness=True).pumping
             if pumping is not None:
                 raise EndlessError(pumping)
 
@@ -122,13 +126,13 @@ class EndlessRuns:
 
     def decide(self, budget: Budget) -> Outcome | None:
         """Return the answer; None: it is unknown."""
-        budget = budget.begun()
-        return (
-            self._without_counters(budget)
-            or self._refuted_nearby(budget.share(0.1))
-            or self._refuted(budget)
-            or self._proved(budget)
+        attempts = (
+            Attempt(self._without_counters),
+            Attempt(self._refuted_nearby, time=0.1),
+            *(Attempt(partial(self._refuted, room), time=0.3, most_states=MOST_STATES) for room in ROOM),
+            Attempt(self._proved),
         )
+        return first_result(attempts, budget)
 
     def _without_counters(self, budget: Budget) -> Outcome | None:
         compared = compared_tokens(self.net, self.atoms)
@@ -149,20 +153,17 @@ class EndlessRuns:
                 return shown
         return None
 
-    def _refuted(self, budget: Budget) -> Outcome | None:
+    def _refuted(self, room: int, budget: Budget) -> Outcome | None:
         weights, compared = largest_weights(self.net), compared_tokens(self.net, self.atoms) or {}
-        for room in ROOM:
-            limits = {
-                place: max(weights[place], compared.get(place, 0), int(self.net.initial[place]), 1) + room
-                for place in unbounded_places(self.net)
-            }
-            lossy = limited(self.net, limits)
-            answer = self._ask(lossy, budget.share(0.3, most_states=MOST_STATES))
-            if answer.status == "violated":
-                shown = self._shown(lossy.back(answer.stem), lossy.back(answer.loop), answer)
-                if shown is not None:
-                    return shown
-        return None
+        limits = {
+            place: max(weights[place], compared.get(place, 0), int(self.net.initial[place]), 1) + room
+            for place in unbounded_places(self.net)
+        }
+        lossy = limited(self.net, limits)
+        answer = self._ask(lossy, budget)
+        if answer.status != "violated":
+            return None
+        return self._shown(lossy.back(answer.stem), lossy.back(answer.loop), answer)
 
     def _proved(self, budget: Budget) -> Outcome | None:
         left_out = unbounded_places(self.net)
@@ -175,7 +176,7 @@ class EndlessRuns:
         if not free.issuperset(chain(*self._fair)) or len(left_out) == len(self.net.places):
             return None
         # A run that ends in a deadlock would not be a run of the remaining net.
-        if not bounded_part(self.net, budget.share(0.5)).has_no_deadlock:
+        if not bounded_part(self.net, DEADLOCKS.share(budget)).has_no_deadlock:
             return None
         kept = [place for place in range(len(self.net.places)) if place not in left_out]
         same = tuple(range(len(self.net.transitions)))

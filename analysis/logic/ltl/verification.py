@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget, BudgetExceededError
 from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.answers.stages import Share
 from dineros.analysis.logic.automata.translation import translate
 from dineros.analysis.logic.language.atoms import BoundAtoms, all_resolved
 from dineros.analysis.logic.language.combining import combined, condition_of
@@ -29,6 +30,9 @@ from dineros.analysis.nets.compiled import CompiledNet
 if TYPE_CHECKING:
     from dineros.analysis.logic.graphs.product import Product
     from dineros.analysis.logic.ltl.lassos import ProductRun
+
+ENDLESS = Share(time=0.5)
+"""Share of methods for unbounded nets, before the search of the product continues."""
 
 FEWEST_NEARBY = 20_000
 """Minimum number of states examined for a shorter counterexample."""
@@ -112,7 +116,7 @@ def verify_ltl(
         except EndlessError as endless:
             budget.stage("runs whose tokens grow")
             runs = EndlessRuns(net, tree, atoms, names, weak, strong, verify_ltl)
-            answer = runs.decide(budget.share(0.5))
+            answer = runs.decide(ENDLESS.share(budget))
             if answer is not None:
                 return replace(answer, seconds=budget.spent)
             if budget.seconds is None and budget.memory_bytes is None and budget.states is None:

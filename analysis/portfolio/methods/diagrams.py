@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from dineros.analysis.answers.budget import Budget, BudgetExceededError
 from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.answers.stages import fairly
 from dineros.analysis.logic.language.syntax import Exists, Finally
 from dineros.analysis.portfolio.count import Count
 from dineros.analysis.portfolio.known import Known
@@ -118,9 +119,8 @@ def _branch(sheet: Sheet, space: SymbolicStateSpace, is_first: bool) -> None:
     parts = [part for part in sheet.open_parts() if not is_linear(part)]
     atoms = BoundAtoms(sheet.net, And((TRUE, *parts)), sheet.names)
     pinned, sets = len(space.diagram.pinned), None
-    for number, part in enumerate(parts):
+    for part, share in fairly(parts, sheet.budget):
         # In the first round, none takes more than its own share.
-        share = sheet.budget.share(1 / (len(parts) - number))
         own = told(share.at_most(sheet.patience) if is_first else share).begun()
         try:
             # Subformulas share intermediate results; if these take too much memory, they are computed again.

@@ -8,6 +8,7 @@ from functools import partial
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.answers.stages import Attempt, first_result
 from dineros.analysis.explicit import Order, find
 from dineros.analysis.explicit.answers import Reduction
 from dineros.analysis.explicit.engine import NO_END
@@ -128,11 +129,17 @@ def search(
         from dineros.analysis.covering.goals import decide_goal
         from dineros.analysis.nets.coverability import coverability
 
-        found = decide_goal(net, goal, budget.share(0.5))
+        def by_tree(share: Budget) -> Outcome | None:
+            is_excluded = excludes(net, coverability(net, budget=share), goal)
+            return Outcome("unreachable", states=answer.states) if is_excluded else None
+
+        attempts = (
+            Attempt(lambda share: decide_goal(net, goal, share), time=0.5),
+            Attempt(by_tree, time=0.3),
+        )
+        found = first_result(attempts, budget)
         if found is not None:
             return found
-        if excludes(net, coverability(net, budget=budget.share(0.3)), goal):
-            return Outcome("unreachable", states=answer.states)
     if answer.reason in ("memory", "unbounded") and budget.memory > QUICK and not is_near:
         most_if_unbounded = NO_END
         answer = explore(budget.share(most_bytes=budget.memory))

@@ -14,6 +14,7 @@ import numpy as np
 
 from dineros.analysis.answers.budget import Budget, BudgetExceededError
 from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.answers.stages import Share, fairly
 from dineros.analysis.explicit.layout import layout
 from dineros.analysis.logic.ctl.fixpoints import basic, satisfying
 from dineros.analysis.logic.graphs.predicates import Int64Array, total
@@ -33,6 +34,9 @@ if TYPE_CHECKING:
 
 PROBE_STATES = 2_000
 """Number of markings evaluated from the end of a random walk on."""
+
+PROBE = Share(time=0.5, memory=0.125)
+"""Share of this evaluation."""
 
 WALKS_TRIED = 5
 """Number of walks from whose ends a formula is evaluated."""
@@ -67,7 +71,8 @@ class StoredMarkings(Method):
         graph = known.graph
         if graph is None or not graph.is_complete:
             known.graph = None  # release its memory for the next graph
-            graph = known.graph = _part(known, budget.share(0.5, self.memory), self.most_states)
+            share = Share(time=0.5, memory=self.memory).share(budget)
+            graph = known.graph = _part(known, share, self.most_states)
             if graph is None:
                 return
             known.cells = graph.layout
@@ -95,13 +100,11 @@ class FarMarkings(Method):
     def answer_all(self, sheet: Sheet, known: Known, budget: Budget) -> None:
         """Store some markings from the end of each walk on."""
         known.graph = None
-        ends = known.walker.ends
-        for number, start in enumerate(ends):
+        for start, own in fairly(known.walker.ends, budget):
             parts = [(part, inner) for part in sheet.open_parts() if (inner := everywhere(part)) is not None]
             if not parts or budget.is_over:
                 return
-            own = budget.share(1 / (len(ends) - number))
-            graph = _part(known, own.share(0.5, 0.125), PROBE_STATES, start)
+            graph = _part(known, PROBE.share(own), PROBE_STATES, start)
             if graph is None:
                 return
             sets = PartialSets(graph, sheet.conditions, own.check_time)
@@ -127,7 +130,7 @@ def _way_against(question: Satisfies, inner: Formula, known: Known, budget: Budg
         budget.check_time()
         scout.walk()
         end = _end(net, scout.last)
-        graph = _part(known, budget.share(0.5, 0.125), PROBE_STATES, end)
+        graph = _part(known, PROBE.share(budget), PROBE_STATES, end)
         if graph is None:
             return None
         known.cells = graph.layout

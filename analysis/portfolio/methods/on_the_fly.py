@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dineros.analysis.answers.budget import Budget
+from dineros.analysis.answers.stages import fairly
 from dineros.analysis.explicit.layout import Layout
 from dineros.analysis.logic.automata.translation import translate
 from dineros.analysis.logic.graphs.product import Product
@@ -30,9 +31,8 @@ class AutomatonOnTheFly(Method):
         linear = [(part, (part.operands[0], True)) for part in sheet.open_parts() if is_linear(part)]
         branching = [(part, linear_equal(part)) for part in sheet.open_parts() if not is_linear(part)]
         parts = [*linear, *((part, equal) for part, equal in branching if equal is not None)]
-        for number, (part, (path, value)) in enumerate(parts):
-            share = budget.share(1 / (len(parts) - number), 0.5).at_most(sheet.patience)
-            holds = _holds(known, path, sheet.names, share)
+        for (part, (path, value)), share in fairly(parts, budget, memory=0.5):
+            holds = _holds(known, path, sheet.names, share.at_most(sheet.patience))
             if holds is not None:
                 sheet.known[part] = value == holds
                 sheet.settle("on the fly")

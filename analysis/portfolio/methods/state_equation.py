@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.answers.stages import fairly
 from dineros.analysis.logic.language.rewriting import simplified
 from dineros.analysis.portfolio.known import Known
 from dineros.analysis.portfolio.method import Method
@@ -84,11 +85,9 @@ def _follow(
 def _exclude_goals(sheet: Sheet, known: Known, budget: Budget) -> None:
     from dineros.analysis.proofs.exclusion import excluded
 
-    goals = sheet.open_goals()
-    for number, (part, condition, value) in enumerate(goals):
-        if budget.is_over:
+    for (part, condition, value), own in fairly(sheet.open_goals(), budget, factor=2.0):
+        if own.is_over:
             break
-        own = budget.share(min(1.0, 2 / (len(goals) - number)))
 
         def reached(rows: Sequence[Row], part: Formula = part, own: Budget = own) -> bool:
             _follow(sheet, known, own, rows)

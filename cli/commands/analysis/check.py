@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from dineros.analysis.answers.stages import Share
 from dineros.cli.analysing import (
     HOLDS,
     UNKNOWN,
@@ -55,7 +56,7 @@ if TYPE_CHECKING:
     from dineros.analysis.witnesses.findings import Finding, Report
     from dineros.metamodel import pn
 
-ASKED_SHARE = 0.8
+ASKED = Share(time=0.8)
 """Share of the time for the questions; the rest is for separating consequences from their causes."""
 
 
@@ -208,7 +209,7 @@ def check(
     if timed:
         from dineros.analysis.timed_checks.timed_check import ask_timed
 
-        with_times = ask_timed(net, report, budget.share(ASKED_SHARE), orders)
+        with_times = ask_timed(net, report, ASKED.share(budget), orders)
         if with_times is not None:
             from dineros.analysis.consequences.precautions import about_precautions
 
@@ -216,7 +217,7 @@ def check(
             report.findings[:], report.unknown[:] = judged.findings, judged.unknown
             report.open_rules = judged.open_rules
     elif scheduler is None:
-        check_model(net, budget.share(ASKED_SHARE), report, behaviour, orders)
+        check_model(net, ASKED.share(budget), report, behaviour, orders)
     if with_times is not None and confirm:
         told = confirm_with_times(with_times, run.budget())
     elif scheduler is None:

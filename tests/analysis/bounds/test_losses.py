@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.answers.stages import Share
 from dineros.analysis.bounds.losses import never_lost
 from dineros.analysis.checks.overflow import Overflow
 from dineros.analysis.model.queues import queues
@@ -62,8 +65,8 @@ def large() -> System:
 
 
 def test_a_check_that_cannot_build_all_classes(monkeypatch: pytest.MonkeyPatch) -> None:
-    for share in ("CLASSES_SHARE", "UNTIMED_SHARE", "FAR_SHARE"):
-        monkeypatch.setattr(boundedness, share, 0.01)
+    monkeypatch.setattr(boundedness, "PLAN", [replace(stage, time=0.01) for stage in boundedness.PLAN])
+    monkeypatch.setattr(boundedness, "FAR", Share(time=0.01))
     questions = (TimedBoundedness(), Overflow())
     report = check_timed(model_of(large(), 0.001), Budget(seconds=100), questions=questions)
     proved = [each for each in report.proved if each.endswith("never overflows")]

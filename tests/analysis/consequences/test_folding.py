@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget
+from dineros.analysis.answers.stages import Share
 from dineros.analysis.checks.check import check
 from dineros.analysis.checks.unused import unused_parts
 from dineros.analysis.consequences import cause_fixes, folding
@@ -129,7 +130,7 @@ def calling_in_turn() -> sym.SystemModel:
 
 def test_a_circle_behind_another_one_is_removed_by_time_outs_as_well(monkeypatch: pytest.MonkeyPatch) -> None:
     """The second call waits in a circle once the first one ends."""
-    monkeypatch.setattr(cause_fixes, "CHANGES_SHARE", 0.0)
+    monkeypatch.setattr(cause_fixes, "CHANGES", Share(time=0.0))
     report = folded(calling_in_turn(), Budget(seconds=300))
     assert faults(report.findings) == ["callback-deadlock"]
     dead = {element for rule, element in consequences(report.findings[0]) if rule == "dead-transition"}
@@ -281,11 +282,11 @@ def test_a_cause_whose_changes_took_too_long_is_tried_again(monkeypatch: pytest.
     share = Budget.share
 
     def first_is_short(budget: Budget, time: float = 1.0, memory: float = 1.0, **limits: Any) -> Budget:
-        if time == cause_fixes.CHANGES_SHARE:
+        if time == cause_fixes.CHANGES.time:
             time = next(shares, time)
         return share(budget, time, memory, **limits)
 
-    monkeypatch.setattr(cause_fixes, "CHANGES_SHARE", 0.123)
+    monkeypatch.setattr(cause_fixes, "CHANGES", Share(time=0.123))
     monkeypatch.setattr(Budget, "share", first_is_short)
     monkeypatch.setattr(cause_fixes, "_with_time_outs", lambda *_: None)
     report = folded(model, Budget(seconds=600))

@@ -123,8 +123,8 @@ def test_it_decides_where_the_tree_is_too_large() -> None:
     never = len(net.transitions) - 1
     assert tree_of(net, Budget()).maximal is None
     assert Backward(net).way_to(never, Budget()) == (None, True)
-    search = stages._FiringSearch(net, Budget().begun(), [never], False)
-    search.look_back()
+    search = stages._FiringSearch(net, [never], False)
+    search.look_back(Budget())
     assert search.found.dead == {never}
 
 

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 
 from dineros.analysis.answers.budget import Budget
+from dineros.analysis.answers.stages import run_stages
 from dineros.analysis.covering import firings as stages
 from dineros.analysis.covering.backward import Backward
 from dineros.analysis.covering.directed import Directed
@@ -58,10 +59,8 @@ def test_all_stages_agree_with_the_plain_ones(net: CompiledNet) -> None:
 @settings(max_examples=15, deadline=None)
 @given(nets())
 def test_the_stages_behind_the_first_agree_too(net: CompiledNet) -> None:
-    search = stages._FiringSearch(net, Budget(seconds=20).begun(), range(len(net.transitions)), True)
-    search.look_at_bounds()
-    search.look_far(2_000)
-    search.make_tree()
+    search = stages._FiringSearch(net, range(len(net.transitions)), True)
+    run_stages(search, [stages.FAR_PLAN[number] for number in (1, 0, 2)], Budget(seconds=20))
     seen = plain_search(net, MOST)
     assert set(search.found.traces) >= seen.enabled and search.found.dead.isdisjoint(seen.enabled)
     assert not (search.found.has_no_deadlock and seen.has_deadlock)

@@ -29,7 +29,7 @@ from dineros.analysis.portfolio.methods.state_equation import StateEquationAndTr
 from dineros.analysis.portfolio.methods.walks import Walks
 from dineros.analysis.portfolio.plans import COUNT, FIND, FIRE, PROVE, WITNESS
 from dineros.analysis.portfolio.reach import Reach
-from dineros.analysis.portfolio.scheduler import Stage, Together, Turn, answered
+from dineros.analysis.portfolio.scheduler import SheetStage, Together, Turn, answered
 from dineros.analysis.symbolic.engine import symbolic_state_space
 from dineros.analysis.symbolic.levels import UnknownBoundError
 from tests.analysis.logic.generated import atoms_of, random_net
@@ -50,7 +50,7 @@ LEAST = {
 """How many of 100 questions a method answers alone, at least: a method that never answers fails."""
 
 
-def methods(turns: Iterable[Turn | Together | Stage]) -> set[type[Method]]:
+def methods(turns: Iterable[Turn | Together | SheetStage]) -> set[type[Method]]:
     found: set[type[Method]] = set()
     for turn in turns:
         if isinstance(turn, Together):

@@ -7,6 +7,7 @@ from random import Random
 import pytest
 
 from dineros.analysis.answers.budget import Budget
+from dineros.analysis.answers.stages import Share
 from dineros.analysis.logic.language.bounded import read_bounded
 from dineros.analysis.logic.language.names import NetNames
 from dineros.analysis.nets.compiled import Transition
@@ -156,7 +157,7 @@ def test_priorities_have_no_parts() -> None:
 def test_an_engine_asks_a_part_if_the_whole_net_is_too_large(monkeypatch: pytest.MonkeyPatch) -> None:
     import dineros.analysis.questions.engines as engines
 
-    monkeypatch.setattr(engines, "FIRST_SHARE", 0.0)
+    monkeypatch.setattr(engines, "FIRST", Share(time=0.0))
     net = loop()
     names = NetNames(net.untimed)
     question = Linear(net.untimed, names, "G (fired(strike) -> F[<=3] fired(wind))", (), ())

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from dineros.analysis.answers.budget import Budget
+from dineros.analysis.answers.stages import Share
 from dineros.analysis.consequences.durations import left_to_durations
 from dineros.analysis.timed.timed_subject import timed_base_subject
 from dineros.analysis.timed_checks import boundedness
@@ -57,7 +58,7 @@ def test_a_time_that_is_missing_makes_it_a_note() -> None:
 
 
 def test_bounds_prove_it_if_there_are_too_many_classes(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(boundedness, "FIRST_SECONDS", 0.0)
+    monkeypatch.setattr(boundedness, "FIRST", Share(most_seconds=0.0))
     report = check_timed(model_of(COUNTED[7].system), Budget(states=3))
     assert {each for each in report.proved if each.endswith("loses no tick")} == {
         "the timer of fast loses no tick",

@@ -9,6 +9,7 @@ from random import Random
 import pytest
 
 from dineros.analysis.answers.budget import Budget
+from dineros.analysis.answers.stages import Share
 from dineros.analysis.checks.check import FAULTS, check
 from dineros.analysis.timed.growth import growing_loop
 from dineros.analysis.timed.nets import compile_timed_net
@@ -163,7 +164,7 @@ def test_what_has_not_ended_is_unknown_with_its_reason() -> None:
 
 def test_a_check_without_a_limit_ends_if_there_are_too_many_classes(monkeypatch: pytest.MonkeyPatch) -> None:
     """Twelve timers whose periods have no common divisor have more classes than can be built."""
-    monkeypatch.setattr(boundedness, "FIRST_SECONDS", 0.2)
+    monkeypatch.setattr(boundedness, "FIRST", Share(time=0.1, most_seconds=0.2))
     monkeypatch.setattr(boundedness, "ALL_SECONDS", 4.0)
     monkeypatch.setattr(boundedness, "part_of_firing", lambda *_: None)
     periods = (7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47)
