@@ -18,22 +18,30 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from dineros.analysis.logic.kernels.product import MAY_ADD, STATES, expand
+from dineros.analysis.logic.kernels.product import MAY_ADD, STATES, expand, find_enabled
 from dineros.analysis.nets.kernel_cache import kernel
 
 Int32Array = NDArray[np.int32]
 Int64Array = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
 
 EMPTY, FOUND, CANDIDATE, STORE_FULL, SEARCH_FULL, OVERFLOW, PAUSED = range(7)
 #: control: sizes of the stacks, number given last, whether the candidate on top was looked at.
 FRAMES, POOL, LIVE, ROOTS, NUMBERED, IS_REJECTED = range(6)
 DEAD = -1
 
+MOST_PASSES = 3
+"""Maximum number of passes over a component that look for states without a successor in it."""
+
 
 class Search(NamedTuple):
-    """The stacks of the search, and each state's number: 0 not visited, DEAD after its component."""
+    """The stacks of the search, and each state's number: 0 not visited, DEAD after its component.
+
+    `is_kept` is memory for `may_be_fair`.
+    """
 
     number: Int32Array
+    is_kept: BoolArray
     frame_state: Int32Array
     frame_pool: Int64Array
     pool_target: Int32Array
@@ -86,6 +94,57 @@ def close_cycle(search, conditions, edges, number, label):  # type: ignore[no-un
 
 
 @kernel()
+def may_be_fair(steps, conditions, edges, store, scratch, search, lowest):  # type: ignore[no-untyped-def]
+    """Whether a cycle of the component on top of the stack may be fair.
+
+    A cycle is unfair through a state that enables a strongly fair transition which the component does not
+    fire. Such states are removed, then states without a successor that is left; if no state is left, no cycle
+    is fair. `lowest` is the position of the component's first state in `live`.
+    """
+    number, is_kept, control = search.number, search.is_kept, search.control
+    root = control[ROOTS] - 1
+    left = 0
+    for at in range(lowest, control[LIVE]):
+        state = search.live[at]
+        is_kept[state] = True
+        for i in range(find_enabled(steps, store, scratch, state)):
+            for m in range(conditions.required.size):
+                strong = conditions.strong_marks[scratch.enabled[i], m]
+                if strong & search.root_strong[root, m] & ~search.root_marks[root, m] != 0:
+                    is_kept[state] = False
+        left += is_kept[state]
+    store.counters[MAY_ADD] = 0
+    for _ in range(MOST_PASSES):
+        before = left
+        # States found late reach few others.
+        for at in range(control[LIVE] - 1, lowest - 1, -1):
+            state = search.live[at]
+            if is_kept[state]:
+                top = control[POOL]
+                end = expand(
+                    steps,
+                    conditions,
+                    edges,
+                    store,
+                    scratch,
+                    np.int64(state),
+                    search.pool_target,
+                    search.pool_label,
+                    top,
+                )
+                goes_on = False
+                for k in range(top, end):
+                    target = search.pool_target[k]
+                    goes_on |= number[target] >= search.root_number[root] and is_kept[target]
+                is_kept[state] = goes_on
+                left -= not goes_on
+        if left == 0 or left == before:
+            break
+    store.counters[MAY_ADD] = 1
+    return left > 0
+
+
+@kernel()
 def explore(steps, conditions, edges, store, scratch, search, visits):  # type: ignore[no-untyped-def]
     """Continue the search until it is decided, needs something, or has visited `visits` more states."""
     store.counters[MAY_ADD] = 1
@@ -102,20 +161,19 @@ def explore(steps, conditions, edges, store, scratch, search, visits):  # type: 
             root = control[ROOTS] - 1
             if search.root_number[root] == number[state]:
                 # The marks of a lone state are not cycle's: an edge to itself would have been closed.
-                live = control[LIVE]
+                live = control[LIVE] - 1
+                while search.live[live] != state:
+                    live -= 1
                 if (
-                    search.live[live - 1] != state
+                    live < control[LIVE] - 1
                     and control[IS_REJECTED] == 0
                     and has_required(search, root, conditions.required)
+                    and may_be_fair(steps, conditions, edges, store, scratch, search, live)
                 ):
                     return CANDIDATE
                 control[IS_REJECTED] = 0
-                while True:
-                    live -= 1
-                    member = search.live[live]
-                    number[member] = DEAD
-                    if member == state:
-                        break
+                for at in range(live, control[LIVE]):
+                    number[search.live[at]] = DEAD
                 control[LIVE] = live
                 control[ROOTS] = root
             control[FRAMES] = frames - 1

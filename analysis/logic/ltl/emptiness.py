@@ -99,9 +99,10 @@ class Emptiness:
         return sum(array.nbytes for array in self.search)
 
     def _lengthen_numbers(self) -> None:
-        number = np.zeros(len(self.product.store.words), dtype=np.int32)
+        size = len(self.product.store.words)
+        number = np.zeros(size, dtype=np.int32)
         number[: self.search.number.size] = self.search.number
-        self.search = self.search._replace(number=number)
+        self.search = self.search._replace(number=number, is_kept=np.empty(size, dtype=np.bool_))
 
     def _grow_search(self) -> None:
         """Double the stacks that are nearly full."""
@@ -125,6 +126,7 @@ def _new_search(product: Product) -> Search:
     marks = product.conditions.required.size
     search = Search(
         np.zeros(len(product.store.words), dtype=np.int32),
+        np.empty(len(product.store.words), dtype=np.bool_),
         np.zeros(size, dtype=np.int32),
         np.zeros(size, dtype=np.int64),
         np.zeros(2 * size + 2 * product.room, dtype=np.int32),
