@@ -1,6 +1,7 @@
 """Strongly connected components of directed graphs.
 
-NetworkX and SciPy have these, too, but take longer to import than the analysis of a small net.
+NetworkX and SciPy have these, too, but take longer to import than the analysis of a small net. Large graphs use
+compiled code.
 """
 
 from __future__ import annotations
@@ -15,8 +16,8 @@ from numpy.typing import NDArray
 
 Node = TypeVar("Node", bound=Hashable)
 
-#: Number of arcs up to which a numbered graph is not worth the import of SciPy.
-FEW_ARCS = 20_000
+#: Number of nodes and arcs up to which a numbered graph is not worth loading compiled code.
+FEW_ARCS = 4_000
 
 
 def strongly_connected_parts(successors: Mapping[Node, Collection[Node]]) -> list[list[Node]]:
@@ -109,12 +110,10 @@ def shortest_path(successors: Mapping[Node, Collection[Node]], source: Node, tar
 def numbered_parts(size: int, sources: NDArray[Any], targets: NDArray[Any]) -> tuple[int, NDArray[np.int32]]:
     """Return the number of strongly connected components of a graph with numbered nodes, and each node's."""
     if size + sources.size > FEW_ARCS:
-        from scipy.sparse import csr_matrix
-        from scipy.sparse.csgraph import connected_components
+        from dineros.analysis.logic.kernels.components import strong_components
 
-        ones = np.ones(sources.size, dtype=np.int8)
-        matrix = csr_matrix((ones, (sources, targets)), shape=(size, size))
-        number, part = connected_components(matrix, directed=True, connection="strong")
+        part = np.empty(size, dtype=np.int32)
+        number = strong_components(sources.astype(np.int32), targets.astype(np.int32), part)
         return int(number), part
     successors: dict[int, list[int]] = {node: [] for node in range(size)}
     for source, target in zip(sources.tolist(), targets.tolist(), strict=True):

@@ -42,7 +42,7 @@ def test_parts_ends_cycles_and_paths_are_those_of_networkx(rows: list[list[int]]
 
 
 @given(graphs)
-def test_large_graphs_have_the_same_parts_by_scipy(rows: list[list[int]]) -> None:
+def test_large_graphs_have_the_same_parts_in_compiled_code(rows: list[list[int]]) -> None:
     arcs = np.array([(s, t) for s, row in enumerate(rows) for t in row], dtype=np.int64).reshape(-1, 2)
     found = [numbered_parts(SIZE, arcs[:, 0], arcs[:, 1])]
     with pytest.MonkeyPatch.context() as patch:
