@@ -16,14 +16,14 @@ on fields of a word).
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from dineros.analysis.nets.bounds import flows_and_bounds
+from dineros.analysis.nets.bounds import flows_and_bounds, of_part
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.structure import PlaceInvariant, place_invariants, proportional_places
 
@@ -176,21 +176,9 @@ def signed(words: Sequence[int]) -> Int64Array:
 
 def layout(net: CompiledNet) -> Layout:
     """Choose cells for the places of a net; call it by `CompiledNet.once`."""
-    flows, proved = net.once(flows_and_bounds)
-    bounds = [None if bound is None else bound.value for bound in proved]
-    known = [*place_invariants(net), *(proportional_places(net) if flows is None else flows)]
-    limits = {tuple(y.weights.items()): y for y in known}
-    parts = [
-        _LayoutPart((p,), np.arange(b + 1)[:, None])
-        for p, b in enumerate(bounds)
-        if b is not None and b < LARGEST_CELL
-    ]
-    parts = _joined_by_invariants(
-        parts, sorted(limits.values(), key=lambda y: (len(y.weights), abs(y.constant)))
-    )
-    small = [_encoded(part) for part in parts]
-    cells = _joined_by_use(net, small)
-    for p, bound in enumerate(bounds):
+    cells = _joined_by_use(net, net.once(small_cells))
+    for p, proved in enumerate(net.once(flows_and_bounds)[1]):
+        bound = None if proved is None else proved.value
         if bound is None:
             cells.append(Cell((p,), (1,), None, _first_bits(net, p), has_guard=True))
         elif bound >= LARGEST_CELL:
@@ -198,6 +186,44 @@ def layout(net: CompiledNet) -> Layout:
                 raise TooManyTokensError(f"place {net.places[p]!r} may hold too many tokens")
             cells.append(Cell((p,), (1,), None, bound.bit_length()))
     return Layout.of(cells)
+
+
+def small_cells(net: CompiledNet) -> list[Cell]:
+    """Return cells of places that invariants connect, without those with many tokens or no known bound."""
+    flows, bounds = net.once(flows_and_bounds)
+    known = [*place_invariants(net), *(proportional_places(net) if flows is None else flows)]
+    limits = {tuple(y.weights.items()): y for y in known}
+    parts = [
+        _LayoutPart((p,), np.arange(b.value + 1)[:, None])
+        for p, b in enumerate(bounds)
+        if b is not None and b.value < LARGEST_CELL
+    ]
+    parts = _joined_by_invariants(
+        parts, sorted(limits.values(), key=lambda y: (len(y.weights), abs(y.constant)))
+    )
+    return [_encoded(part) for part in parts]
+
+
+def learn_of_whole(part: CompiledNet, whole: CompiledNet, number: Mapping[int, int]) -> None:
+    """Tell a part of a net what its layout needs, as far as the whole net has it.
+
+    Each transition of the whole net changes only places of the part, or only others.
+
+    Parameters
+    ----------
+    number
+        For each place of the part, by its number in the whole net, its number in the part.
+    """
+    facts = whole.once(flows_and_bounds)
+    if facts[0] is None:
+        return  # the part alone may have few semiflows
+    part.know(flows_and_bounds, of_part(facts, part, number))
+    cells = [
+        replace(cell, places=tuple(number[p] for p in cell.places))
+        for cell in whole.once(small_cells)
+        if cell.places[0] in number
+    ]
+    part.know(small_cells, cells)
 
 
 def _first_bits(net: CompiledNet, place: int) -> int:

@@ -179,6 +179,37 @@ def renumbered(facts: FlowsAndBounds, number: Mapping[int, int]) -> FlowsAndBoun
     return in_order(PlaceInvariant(own(flow.weights), flow.constant) for flow in flows), made
 
 
+def of_part(facts: FlowsAndBounds, part: CompiledNet, number: Mapping[int, int]) -> FlowsAndBounds:
+    """Return the semiflows and bounds of a part of a net, from those of the whole net.
+
+    Each transition of the whole net changes only places of the part, or only others. So minimal semiflows
+    have no places on both sides, and a weighting without the other places proves a bound, too.
+
+    Parameters
+    ----------
+    number
+        For each place of the part, by its number in the whole net, its number in the part.
+    """
+    flows, bounds = facts
+    made: list[Bound | None] = [None] * len(part.places)
+    own: dict[int, dict[int, int]] = {}  # most places share their weighting with others
+    for place, bound in enumerate(bounds):
+        if place in number and bound is not None:
+            if id(bound.weights) not in own:
+                kept = ((number[p], weight) for p, weight in bound.weights.items() if p in number)
+                own[id(bound.weights)] = dict(kept)
+            weights = own[id(bound.weights)]
+            there = number[place]
+            made[there] = Bound(weighted_sum(part, weights) // weights[there], weights)
+    if flows is None:
+        return None, made
+    within = (flow for flow in flows if flow.weights.keys() <= number.keys())
+    return in_order(
+        PlaceInvariant({number[p]: weight for p, weight in flow.weights.items()}, flow.constant)
+        for flow in within
+    ), made
+
+
 def bounds_like(net: CompiledNet, bounds: Iterable[Bound | None]) -> list[int | None]:
     """Bounds of another net of the same structure with the same weightings, each checked again."""
     answers: list[int | None] = []

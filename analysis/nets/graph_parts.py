@@ -1,7 +1,7 @@
 """Strongly connected components of directed graphs.
 
-NetworkX and SciPy have these, too, but take longer to import than the analysis of a small net. Large graphs use
-compiled code.
+NetworkX and SciPy have these, too, but take longer to import than the analysis of a small net. The components
+of large graphs are found by compiled code.
 """
 
 from __future__ import annotations

@@ -21,6 +21,7 @@ from collections import OrderedDict
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
+from dineros.analysis.explicit.layout import learn_of_whole
 from dineros.analysis.logic.language.atoms import BoundAtoms, Linear, SomeEnabled, SomeFired
 from dineros.analysis.logic.language.names import LimitedNames, Names
 from dineros.analysis.logic.language.patience import is_patient
@@ -311,6 +312,7 @@ def _rest(net: CompiledNet, parts: Sequence[FreePart]) -> _Rest:
                 # The mover's name, which is free now.
                 add(net.transitions[mover], needs, needs.inputs, None)
     smaller = CompiledNet.build({net.places[p]: int(net.initial[p]) for p in kept}, transitions)
+    learn_of_whole(smaller, net, {place: number for number, place in enumerate(kept)})
     tested = frozenset(t for t in range(len(net.transitions)) if not free.isdisjoint(net.tested(t)))
     return _Rest(tuple(parts), smaller, tuple(kept), tuple(back), idles, tested)
 

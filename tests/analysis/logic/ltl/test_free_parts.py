@@ -8,6 +8,7 @@ from collections import Counter
 import pytest
 
 from dineros.analysis.answers.budget import Budget
+from dineros.analysis.explicit.layout import layout
 from dineros.analysis.logic.automata.translation import translate
 from dineros.analysis.logic.language.atoms import BoundAtoms
 from dineros.analysis.logic.language.names import NetNames
@@ -18,6 +19,7 @@ from dineros.analysis.logic.language.syntax import Formula
 from dineros.analysis.logic.ltl.free_parts import Smaller, without_free_parts
 from dineros.analysis.logic.ltl.verification import verify_ltl
 from dineros.analysis.logic.verdicts.verdict import check_counterexample
+from dineros.analysis.nets.bounds import flows_and_bounds, grows, weighted_sum
 from dineros.analysis.nets.compiled import CompiledNet, Transition
 from tests.analysis.logic.generated import atoms_of, random_ltl, random_net
 from tests.analysis.logic.reference_ltl import has_counterexample, reachability_graph
@@ -143,3 +145,35 @@ def test_the_smaller_net_is_made_once_for_the_same_removed_places() -> None:
 def test_formulas_that_steps_from_outside_cannot_change(text: str, expected: bool) -> None:
     formula: Formula = parse(text)
     assert is_patient(formula) is expected
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_layout_of_the_rest_is_that_of_the_rest_alone(seed: int) -> None:
+    """It comes from the layout of the whole net, which is found once."""
+    rng = random.Random(seed)
+    compared = 0
+    while compared < 25:
+        core = random_net(rng)
+        net = with_signals(rng, core)
+        formula = parse(f"G F fired({core.transitions[0]})")
+        bound = BoundAtoms(net, formula, NetNames(net))
+        smaller = without_free_parts(net, formula, bound, NetNames(net), (), ())
+        if smaller is None or net.once(flows_and_bounds)[0] is None:
+            continue
+        compared += 1
+        alone = smaller.net.with_initial({})
+        (flows, bounds), (expected_flows, expected_bounds) = (
+            each.once(flows_and_bounds) for each in (smaller.net, alone)
+        )
+        assert flows == expected_flows
+        assert [b and b.value for b in bounds] == [b and b.value for b in expected_bounds]
+        for b, p in zip(bounds, range(len(bounds)), strict=True):
+            assert b is None or (
+                not grows(alone, b.weights) and weighted_sum(alone, b.weights) // b.weights[p] == b.value
+            )
+        assert cells_of(smaller.net) == cells_of(alone)
+
+
+def cells_of(net: CompiledNet) -> list[tuple[object, ...]]:
+    """Return the cells of a net's layout, in an order of their own."""
+    return sorted((cell.places, cell.factors, cell.bits, cell.has_guard) for cell in net.once(layout).cells)
