@@ -37,6 +37,7 @@ from dineros.analysis.portfolio.plans import NEAR_STATES
 from dineros.analysis.properties.normal_form import goal_of
 
 if TYPE_CHECKING:
+    from dineros.analysis.logic.ltl.earlier import EarlierSearches
     from dineros.analysis.symbolic.order_cache import OrderCache
 
 ON_THE_FLY = "automaton on the fly"
@@ -49,6 +50,7 @@ def verify_linear(
     weak: Iterable[str] = (),
     strong: Iterable[str] = (),
     budget: Budget = UNLIMITED,
+    earlier: EarlierSearches | None = None,
 ) -> Outcome:
     """Decide whether all fair runs satisfy an LTL formula: each ``G p`` of a conjunction as a goal.
 
@@ -71,7 +73,7 @@ def verify_linear(
 
     def ask_others(share: Budget) -> Outcome:
         rest = tree if not conditions else others[0] if len(others) == 1 else And(others)
-        answer = replace(_on_the_fly(net, rest, names, weak, strong, share), by=ON_THE_FLY)
+        answer = replace(_on_the_fly(net, rest, names, weak, strong, share, earlier), by=ON_THE_FLY)
         return _up_to_fault(net, rest, names, answer)
 
     def ask_goal(condition: Formula, share: Budget) -> Outcome:
@@ -198,14 +200,15 @@ def _on_the_fly(
     weak: tuple[str, ...],
     strong: tuple[str, ...],
     budget: Budget,
+    earlier: EarlierSearches | None,
 ) -> Outcome:
     """Search the product with an automaton, without environment-controlled places."""
     bound, strongly = BoundAtoms(net, formula, names), all_resolved(names, strong)
     weakly = [t for t in all_resolved(names, weak) if t not in strongly]
     smaller = without_free_parts(net, formula, bound, names, weakly, strongly)
     if smaller is None:
-        return verify_ltl(net, formula, names, weak, strong, budget)
-    answer = verify_ltl(smaller.net, formula, smaller.names, smaller.weak, smaller.strong, budget)
+        return verify_ltl(net, formula, names, weak, strong, budget, earlier)
+    answer = verify_ltl(smaller.net, formula, smaller.names, smaller.weak, smaller.strong, budget, earlier)
     if answer.status != "violated":
         return answer
     lasso = smaller.lift(answer.stem, answer.loop)

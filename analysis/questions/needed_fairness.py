@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.answers.stages import Share
+from dineros.analysis.logic.ltl.earlier import EarlierSearches
 from dineros.analysis.model.fairness import unfairness
 from dineros.analysis.model.subject import Subject
 from dineros.analysis.questions.net_questions import Linear
@@ -68,6 +69,7 @@ def needed_fairness(
     if answer.status != "violated" or not answer.loop:
         return None
     share = SHARE.share(budget)
+    rising = replace(question, earlier=EarlierSearches())
     names = subject.net.transitions
     weak: list[str] = []
     strong: list[str] = []
@@ -82,7 +84,7 @@ def needed_fairness(
             strong += again
         else:
             return None
-        answer = _asked(question, weak, strong, share)
+        answer = _asked(rising, weak, strong, share)
         if answer.status == "holds":
             return _least(question, weak, strong, share)
         if answer.status != "violated" or not answer.loop:

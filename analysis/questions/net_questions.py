@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from dineros.analysis.answers.budget import Budget
@@ -13,6 +13,7 @@ from dineros.analysis.nets.compiled import CompiledNet
 
 if TYPE_CHECKING:
     from dineros.analysis.explicit import Order
+    from dineros.analysis.logic.ltl.earlier import EarlierSearches
     from dineros.analysis.symbolic.order_cache import OrderCache
 
 
@@ -82,11 +83,14 @@ class Linear(Question):
     ----------
     weak, strong : tuple of str
         Names of weakly and of strongly fair transitions.
+    earlier : EarlierSearches, optional
+        What is known from the same question with fewer fair transitions.
     """
 
     formula: str
     weak: tuple[str, ...] = ()
     strong: tuple[str, ...] = ()
+    earlier: EarlierSearches | None = field(default=None, compare=False, repr=False)
 
     def decided(self, budget: Budget) -> Outcome:
         """Decide goals by reachability; for the rest, search the product with an automaton on the fly."""
@@ -96,7 +100,7 @@ class Linear(Question):
 
         if bounds_times(self.formula):
             raise FormulaError("the formula bounds times", hint="--time takes firing intervals into account")
-        return verify_linear(self.net, self.formula, self.names, self.weak, self.strong, budget)
+        return verify_linear(self.net, self.formula, self.names, self.weak, self.strong, budget, self.earlier)
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dineros.analysis.answers.budget import Budget, BudgetExceededError, Progress
 from dineros.analysis.explicit.goals import goal_tables
@@ -46,6 +47,8 @@ class Product:
         Weakly and strongly fair transitions.
     cells : Layout, optional
         The layout of the net's markings, if it is known.
+    stored : Product, optional
+        A product of the same net and automaton, whose states are taken over; it is not used any more.
 
     Raises
     ------
@@ -62,13 +65,14 @@ class Product:
         strong: Sequence[int],
         budget: Budget,
         cells: Layout | None = None,
+        stored: Product | None = None,
     ) -> None:
         self.net, self.automaton, self.budget = net, automaton, budget
         self.atom_conditions = conditions
         self.weak, self.strong = tuple(weak), tuple(strong)
         try:
             #: Of the net alone.
-            self.cells = cells or net.once(layout)
+            self.cells = stored.cells if stored else cells or net.once(layout)
         except OverflowError as error:
             raise BudgetExceededError(f"tokens: {error}") from None
         self._build_tables()
@@ -87,6 +91,9 @@ class Product:
             np.zeros((self.room, words), dtype=np.int64),
             np.zeros(self.room, dtype=np.int64),
         )
+        if stored is not None:
+            self.store = stored.store
+            return
         capacity = max(1 << 12, 2 * self.room)
         self.store = Store(
             np.empty((capacity, words), dtype=np.int64),
@@ -121,6 +128,14 @@ class Product:
     def marking(self, state: int) -> tuple[int, ...]:
         """Return the marking of a state."""
         return tuple(self.layout.unpack(self.store.words[state]))
+
+    def marks_of(self, labels: NDArray[np.int32]) -> NDArray[np.int64]:
+        """Return the marks of edges with these labels."""
+        steps, edges = np.divmod(labels, self.edges.target.size)
+        conditions = self.conditions
+        marks: NDArray[np.int64] = (conditions.weak_marks | conditions.strong_marks)[steps]
+        marks |= self.edges.marks[edges]
+        return marks
 
     def grow(self, others: int = 0) -> None:
         """Allocate memory for more states.

@@ -1,15 +1,17 @@
-"""Kernels on the stored part of a product: shortest paths, and the edges between given states.
+"""Kernels on the stored part of a product: shortest paths, and edges.
 
-They store nothing: edges to new states are ignored, so that they examine exactly the part that a search has
-stored.
+All but `edges_from` store nothing: edges to new states are ignored, so that they examine exactly the part
+that a search has stored.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from dineros.analysis.logic.kernels.product import MAY_ADD, expand
+from dineros.analysis.logic.kernels.product import MAY_ADD, STATES, expand
 from dineros.analysis.nets.kernel_cache import kernel
+
+DONE, STORE_FULL, ARCS_FULL, OVERFLOW = range(4)
 
 
 @kernel()
@@ -86,3 +88,34 @@ def inner_edges(  # type: ignore[no-untyped-def]
         top = kept
         position += 1
     return position, top
+
+
+@kernel()
+def edges_from(  # type: ignore[no-untyped-def]
+    steps, conditions, edges, store, scratch, first, end, sources, targets, labels, weak, strong
+):  # fmt: skip
+    """List the edges of the states from `first` up to `end`, and store their successors.
+
+    Returns a status, the state to continue from, and the number of edges written.
+    """
+    store.counters[MAY_ADD] = 1
+    room = scratch.enabled.size * scratch.candidates.size
+    state, top = np.int64(first), np.int64(0)
+    while state < end:
+        if store.counters[STATES] + room > store.words.shape[0] or (
+            2 * (store.counters[STATES] + room) > store.table.size
+        ):
+            return STORE_FULL, state, top
+        if top + room > targets.size:
+            return ARCS_FULL, state, top
+        after = expand(steps, conditions, edges, store, scratch, state, targets, labels, top)
+        if after < 0:
+            return OVERFLOW, state, top
+        for m in range(scratch.weak_seen.size):
+            weak[state, m] = scratch.weak_seen[m]
+            strong[state, m] = scratch.strong_seen[m]
+        for k in range(top, after):
+            sources[k] = state
+        top = after
+        state += 1
+    return DONE, state, top

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.logic.graphs.product import Product
 from dineros.analysis.logic.kernels.search import (
     CANDIDATE,
+    DEAD,
     EMPTY,
     FOUND,
     IS_REJECTED,
@@ -26,6 +28,8 @@ from dineros.analysis.logic.kernels.search import (
 from dineros.analysis.logic.ltl.fairness import InnerGraph
 from dineros.analysis.logic.ltl.lassos import ProductRun, find_run
 
+States = NDArray[np.intp]
+
 VISITS = 100_000
 """Number of states visited between checks of the clock."""
 
@@ -36,15 +40,22 @@ class Emptiness:
 
     Attributes
     ----------
-    edges_seen : int
-        Number of edges of the product followed so far.
+    known : array of int
+        Stored states in which no accepting run starts.
     """
 
     product: Product
     budget: Budget
+    known: States = field(default_factory=lambda: np.empty(0, dtype=np.intp))
 
     def __post_init__(self) -> None:
         self.search = _new_search(self.product)
+        self.search.number[self.known] = DEAD
+
+    @property
+    def rejected(self) -> States:
+        """Visited states in which no accepting run starts."""
+        return np.flatnonzero(self.search.number == DEAD)
 
     def run(self) -> ProductRun | None:
         """Return an accepting run, or None if there is none.

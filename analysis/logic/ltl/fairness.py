@@ -79,10 +79,7 @@ class InnerGraph:
             )
             parts.append([buffer[:count].copy() for buffer in (sources, targets, labels)])
         sources, targets, labels = (np.concatenate(column) for column in zip(*parts, strict=True))
-        width = product.edges.target.size
-        conditions = product.conditions
-        edge_marks = (conditions.weak_marks | conditions.strong_marks)[labels // width]
-        edge_marks |= product.edges.marks[labels % width]
+        edge_marks = product.marks_of(labels)
         return cls(states, sources, targets, edge_marks, disabled, asked)
 
     def part(self, kept: NDArray[np.bool_]) -> InnerGraph:

@@ -9,10 +9,11 @@ from __future__ import annotations
 from itertools import islice
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dineros.analysis.answers.budget import BudgetExceededError
 from dineros.analysis.logic.graphs.product import Product
-from dineros.analysis.logic.kernels.stored import COMPLETE, OVERFLOW, PAUSED, STORE_FULL, build
+from dineros.analysis.logic.kernels.paths import OVERFLOW, STORE_FULL, edges_from
 from dineros.analysis.logic.ltl.fairness import InnerGraph
 from dineros.analysis.logic.ltl.lassos import ProductRun, find_run
 
@@ -30,10 +31,9 @@ def shortened(run: ProductRun, product: Product, most_states: int) -> ProductRun
     """
     try:
         # A run of this length reaches no state that is farther away. One more step: a deadlock is repeated.
-        expanded = _explore(product, most_states, len(run.stem) + len(run.loop) + 1)
+        graph = _near(product, most_states, len(run.stem) + len(run.loop) + 1)
     except BudgetExceededError:
         return run
-    graph = InnerGraph.of(product, np.arange(expanded, dtype=np.int32))
     required = product.conditions.required
     found = [run]
     for component in islice(graph.components(required), CHOICES):
@@ -43,30 +43,35 @@ def shortened(run: ProductRun, product: Product, most_states: int) -> ProductRun
     return min(found, key=lambda candidate: (len(candidate.stem) + len(candidate.loop), len(candidate.stem)))
 
 
-def _explore(product: Product, limit: int, levels: int) -> int:
-    """Expand the states of the first levels, breadth first up to a limit; return their number."""
-    pointer = np.zeros(limit + 2, dtype=np.int64)
-    targets = np.empty(1 << 16 | 2 * product.room, dtype=np.int32)
-    labels = np.empty(product.room, dtype=np.int32)
-    state, status = 0, PAUSED
+def _near(product: Product, limit: int, levels: int) -> InnerGraph:
+    """Return the graph of the states of the first levels, breadth first up to a limit."""
+    words = product.conditions.required.size
+    disabled, asked = (np.empty((limit, words), dtype=np.int64) for _ in range(2))
+    buffers = [np.empty(product.room + (1 << 16), dtype=np.int32) for _ in range(3)]
+    parts: list[list[NDArray[np.int32]]] = []
+    state = 0
     end = 1  # of the level
-    while status != COMPLETE and state < limit:
+    while state < min(limit, product.states):
         if state == end:
             levels, end = levels - 1, product.states
             if levels == 0:
                 break
-        # Only the states are needed here, not their arcs: each call overwrites them.
-        pointer[state] = 0
-        status, state = build(
-            *product.parts,
-            pointer,
-            targets,
-            labels,
-            state,
-            min(limit, end) - state,
+        product.budget.check_memory(
+            product.memory_bytes + sum(array.nbytes for part in parts for array in part)
         )
+        status, state, count = edges_from(*product.parts, state, min(limit, end), *buffers, disabled, asked)
+        parts.append([buffer[:count].copy() for buffer in buffers])
         if status == STORE_FULL:
             product.grow()
         elif status == OVERFLOW:
             product.widen()
-    return int(state)
+    sources, targets, labels = (np.concatenate(column) for column in zip(*parts, strict=True))
+    inside = targets < state
+    return InnerGraph(
+        np.arange(state, dtype=np.int32),
+        sources[inside],
+        targets[inside],
+        product.marks_of(labels[inside]),
+        disabled[:state],
+        asked[:state],
+    )

@@ -14,6 +14,8 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from dineros.analysis.answers.budget import UNLIMITED, Budget, BudgetExceededError
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.answers.stages import Share
@@ -29,6 +31,7 @@ from dineros.analysis.nets.compiled import CompiledNet
 
 if TYPE_CHECKING:
     from dineros.analysis.logic.graphs.product import Product
+    from dineros.analysis.logic.ltl.earlier import EarlierSearches
     from dineros.analysis.logic.ltl.lassos import ProductRun
 
 ENDLESS = Share(time=0.5)
@@ -48,6 +51,7 @@ def verify_ltl(
     weak: Iterable[str] = (),
     strong: Iterable[str] = (),
     budget: Budget = UNLIMITED,
+    earlier: EarlierSearches | None = None,
 ) -> Outcome:
     """Decide whether all fair runs of a net satisfy an LTL formula.
 
@@ -61,6 +65,8 @@ def verify_ltl(
         Names of fair transitions; each transition of a name is fair separately. A run is weakly fair to a
         transition that is not enabled forever from some point on without being fired again, and strongly fair
         to one that is not enabled infinitely often without being fired infinitely often.
+    earlier : EarlierSearches, optional
+        Searches with fewer assumptions; this one is added.
 
     Returns
     -------
@@ -100,19 +106,25 @@ def verify_ltl(
     conditions = [condition_of(atom, atoms.conditions) for atom in automaton.atoms]
     states = 0
 
-    def search(limits: Budget) -> tuple[Product, ProductRun | None]:
+    def search(limits: Budget, earlier: EarlierSearches | None = None) -> tuple[Product, ProductRun | None]:
         nonlocal states
         budget.stage("the product with the automaton")
-        product = Product(net, automaton, conditions, weakly, strongly, limits)
+        known = earlier and earlier.stored(net, tree, weakly, strongly)
+        stored, rejected = known or (None, np.empty(0, dtype=np.intp))
+        product = Product(net, automaton, conditions, weakly, strongly, limits, stored=stored)
         states = 1
         try:
-            return product, Emptiness(product, limits).run()
+            emptiness = Emptiness(product, limits, rejected)
+            run = emptiness.run()
+            if earlier is not None:
+                earlier.record(tree, product, emptiness.rejected)
+            return product, run
         finally:
             states = product.states
 
     try:
         try:
-            product, run = search(watching(budget, net))
+            product, run = search(watching(budget, net), earlier)
         except EndlessError as endless:
             budget.stage("runs whose tokens grow")
             runs = EndlessRuns(net, tree, atoms, names, weak, strong, verify_ltl)
