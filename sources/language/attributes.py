@@ -141,7 +141,7 @@ class Slots:
             return None
         found = slot.current if slot.run == self.run else slot.any()
         if isinstance(found, Const) and not found.origin:
-            return Const(found.value, "variable")
+            return Const(found.value, "variable", found.enum)
         return found
 
     def write_slot(self, holder: Holder, name: str, value: Value) -> None:

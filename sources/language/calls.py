@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Sequence
+from dataclasses import replace
 
 from dineros.sources.branches import Called
-from dineros.sources.facts import CallbackFact
-from dineros.sources.language.activities import Activity
 from dineros.sources.language.computing.operations import short
-from dineros.sources.language.machine import MOST_CALLS
+from dineros.sources.language.instances import Instances
+from dineros.sources.language.machine import MOST_CALLS, MOST_SIMILAR
 from dineros.sources.language.modules import Module
-from dineros.sources.language.running.statements import Statements
 from dineros.sources.language.values import (
     Bound,
     Class,
@@ -22,6 +21,7 @@ from dineros.sources.language.values import (
     Generator,
     Holder,
     Items,
+    LateItems,
     Made,
     Mapping,
     Object,
@@ -39,7 +39,7 @@ from dineros.sources.language.values import (
 from dineros.sources.places import Place
 
 
-class Interpreter(Statements):
+class Interpreter(Instances):
     """An interpreter of one program over values that are partly known."""
 
     def call(
@@ -67,8 +67,13 @@ class Interpreter(Statements):
                 function.function, [*function.args, *args], {**function.keys, **keys}, node, frame
             )
         if isinstance(function, Class):
-            return self._instance(function, args, keys, node, frame)
+            return self.instance(function, args, keys, node, frame)
         if isinstance(function, Outside):
+            owner, _, name = function.path.rpartition(".")
+            if owner in ("builtins.object", "builtins.type"):
+                of_all = self.of_object(name, args, keys, node, frame)
+                if of_all is not None:
+                    return of_all
             return self.library.call(function.path, args, keys, node, frame)
         if isinstance(function, OutsideMethod):
             return self._method(function, args, keys, node, frame)
@@ -77,26 +82,16 @@ class Interpreter(Statements):
             if isinstance(inner, Function):
                 return self._function(inner, [function, *args], keys, node, frame, function)
         if isinstance(function, Made) and function.path == "collections.namedtuple":
-            return self._named_tuple(function, args, keys, node, frame)
+            return self.named_tuple(function, args, keys, node, frame)
+        if isinstance(function, Made):
+            made = self.library.call_made(function, args, node, frame)
+            if made is not None:
+                return made
         self._hand_over(args, keys)
         self.attributes.may_call(function)
         if isinstance(function, SomeFunction):
             self.activity.fact.is_open = True
         return Open(short(node))
-
-    def _named_tuple(
-        self, made: Made, args: list[Value], keys: dict[str, Value], node: ast.AST, frame: Frame
-    ) -> Value:
-        """Make an instance of a class of ``collections.namedtuple``."""
-        given = made.argument(1, "field_names")
-        text = given.value if isinstance(given, Const) else None
-        names = text.replace(",", " ").split() if isinstance(text, str) else []
-        if isinstance(given, Items):
-            names = [str(each.value) for each in given.items if isinstance(each, Const)]
-        found = Made("a named tuple", args, keys, self.place(node, frame))
-        for name, value in [*zip(names, args, strict=False), *keys.items()]:
-            self.write_slot(found, name, value)
-        return found
 
     def _method(
         self, function: OutsideMethod, args: list[Value], keys: dict[str, Value], node: ast.AST, frame: Frame
@@ -105,6 +100,10 @@ class Interpreter(Statements):
         if function.name in CHANGES and isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
             self.changes_attribute(node.func.value)
         if isinstance(instance, SuperOf):
+            first = [] if function.name == "__new__" else [instance.instance]
+            of_all = self.of_object(function.name, [*first, *args], keys, node, frame)
+            if of_all is not None:
+                return of_all
             if not isinstance(instance.instance, Object):
                 return Open(function.text)
             if function.name == "__init__":
@@ -121,6 +120,10 @@ class Interpreter(Statements):
             for path in instance.outside():
                 self.library.construct(args[0], path, args[1:], keys, node, frame)
             return Const(None)
+        if isinstance(instance, Class) and function.name == "__subclasses__":
+            return Items(list(instance.subclasses))
+        if isinstance(instance, Object) and _is_unknown(function, instance):
+            self.activity.fact.is_open = True  # the reader has lost it
         return self.library.call_method(function, args, keys, node, frame)
 
     def _hand_over(self, args: list[Value], keys: dict[str, Value]) -> None:
@@ -142,9 +145,35 @@ class Interpreter(Statements):
         if isinstance(function.node, ast.AsyncFunctionDef) and node is self.unused:
             self.effect("forgets", function.name, node, frame)
             return Open(short(node))
+        if function.registered:
+            return self._one_of(function, args, keys, node, frame, instance)
         if _is_generator(function) and not function.decorators:
             return Generator(function, args, keys, instance)
-        return self._body(function, args, keys, node, frame, instance)
+        if not function.around:
+            return self._body(function, args, keys, node, frame, instance)
+        for each in function.around:
+            self.library.enter(each, "", node, frame)
+        found = self._body(function, args, keys, node, frame, instance)
+        for each in reversed(function.around):
+            self.library.leave(each, node, frame)
+        return found
+
+    def _one_of(
+        self,
+        function: Function,
+        args: list[Value],
+        keys: dict[str, Value],
+        node: ast.AST,
+        frame: Frame,
+        instance: Value | None,
+    ) -> Value:
+        """Call a function of ``functools.singledispatch``: the one for the type of the argument."""
+        found = []
+        for each in [replace(function, registered=[]), *function.registered]:
+            with self.perhaps():
+                if isinstance(each, Function):
+                    found.append(self._function(each, list(args), dict(keys), node, frame, instance))
+        return join(found)
 
     def drawn(self, value: Value, node: ast.AST, frame: Frame) -> Value:
         """Return what a value gives one after the other: a generator runs now."""
@@ -155,14 +184,17 @@ class Interpreter(Statements):
             if following is not None:
                 return Items([following], is_open=True)
             value = join(Open("elements") if isinstance(each, Object) else each for each in options(iterated))
-        if not any(isinstance(each, Generator) for each in options(value)):
+        if isinstance(value, LateItems):
+            return self.drawn_late(value)
+        if not any(isinstance(each, (Generator, LateItems)) for each in options(value)):
             return value
-        return join(
-            self._body(each.function, each.args, each.keys, node, frame, each.instance)
-            if isinstance(each, Generator)
-            else each
-            for each in options(value)
-        )
+        found: list[Value] = []
+        for each in options(value):
+            if isinstance(each, Generator):
+                found.append(self._body(each.function, each.args, each.keys, node, frame, each.instance))
+            else:
+                found.append(self.drawn_late(each) if isinstance(each, LateItems) else each)
+        return join(found)
 
     def _body(
         self,
@@ -173,15 +205,19 @@ class Interpreter(Statements):
         frame: Frame,
         instance: Value | None,
     ) -> Value:
-        depth = sum(each.node is function.node and each.code is function.code for each in self.calls)
-        if len(self.calls) >= MOST_CALLS or depth > 1:
+        same = [each for each in self.calls if each.node is function.node and each.code is function.code]
+        depth = sum(each.frame is function.frame for each in same)  # a decorator makes others of one text
+        if len(self.calls) >= MOST_CALLS or depth > 1 or len(same) > MOST_SIMILAR:
             self.activity.is_lost = True
             if depth <= 1:
                 self.activity.fact.is_open = True
                 self.attributes.is_wild = True
             return Open(short(node))
+        if depth:  # the second call stands for all further ones
+            args = [Open("argument") if isinstance(each, Const) else each for each in args]
+            keys = {key: Open(key) if isinstance(each, Const) else each for key, each in keys.items()}
         inner = Frame(function.frame.module, {}, function.frame, function=function, instance=instance)
-        if instance is None and function.owner is not None and args and isinstance(args[0], Object):
+        if instance is None and function.owner is not None and args and isinstance(args[0], (Object, Class)):
             inner.instance = args[0]
         elif instance is None and function.owner is None:
             inner.instance = function.frame.instance
@@ -229,77 +265,6 @@ class Interpreter(Statements):
         for name in known:
             if name not in inner.names:
                 inner.names[name] = function.defaults.get(name) or Open(name)
-
-    def _instance(
-        self, cls: Class, args: list[Value], keys: dict[str, Value], node: ast.AST, frame: Frame
-    ) -> Value:
-        """Make an instance of a class of the program."""
-        found = Object(cls, self.place(node, frame))
-        begin = self.look_up(cls, "__init__")
-        outside = cls.outside()
-        if any(path.startswith("enum.") for path in outside):
-            return args[0] if args else Open(cls.node.name)
-        place = Place(cls.frame.module.path, cls.node.lineno)
-        if isinstance(begin, Function):
-            at = Place(begin.frame.module.path, begin.node.lineno)
-            activity = Activity(CallbackFact("__init__", "constructor", at))
-            outer = self.activity
-            activity.conditional, activity.disabled = outer.conditional, outer.disabled
-            activity.loops = outer.loops
-            if outer.fact.kind in ("main", "constructor") and not (outer.loops or outer.disabled):
-                self.attributes.single.add(id(found))
-            with self.doing(activity):
-                self._function(begin, [found, *args], keys, node, frame, found)
-            outer.block += activity.block
-            outer.is_lost |= activity.is_lost
-            self._adopt(activity.fact, found)
-        else:
-            names = _fields(cls)
-            for name, value in cls.names.items():
-                if name in names:
-                    self.write_slot(found, name, value)
-            for name, value in [*zip(names, args, strict=False), *keys.items()]:
-                self.write_slot(found, name, value)
-            self._begin_fields(found, names, node, frame)
-            for path in outside:
-                self.library.construct(found, path, args, keys, node, frame)
-        del place
-        return found
-
-    def _begin_fields(self, found: Object, names: list[str], node: ast.AST, frame: Frame) -> None:
-        """Make the default values of a dataclass, and run what follows after that."""
-        for name in names:
-            slot = found.slots.get(name)
-            made = slot.current if slot is not None else None
-            if isinstance(made, Made) and made.path == "dataclasses.field":
-                factory = made.argument(-1, "default_factory")
-                default = made.argument(-1, "default")
-                value = self.call(factory, [], {}, node, frame) if factory is not None else default
-                found.slots.pop(name)
-                if value is not None:
-                    self.write_slot(found, name, value)
-        after = self.look_up(found.cls, "__post_init__")
-        if isinstance(after, Function):
-            self.call(Bound(after, found), [], {}, node, frame)
-
-    def _adopt(self, fact: CallbackFact, found: Object) -> None:
-        """Record the constructor of a node as one of its callbacks; others belong to their caller."""
-        node = found.node
-        if node is None:
-            value = next(
-                (s.current for s in found.slots.values() if getattr(s.current, "fact", None) is not None),
-                None,
-            )
-            node = getattr(value, "fact", None)
-        if not fact.effects:
-            return
-        if node is not None and hasattr(node, "callbacks") and fact.kind == "constructor":
-            if not any(each.at == fact.at and each.kind == fact.kind for each in node.callbacks):
-                node.callbacks.append(fact)
-        else:
-            for effect in fact.effects:
-                if effect not in self.activity.fact.effects:
-                    self.activity.fact.effects.append(effect)
 
     # ------------------------------------------------------------------------------------------------ modules
 
@@ -361,6 +326,15 @@ class Interpreter(Statements):
         return (function.text if isinstance(function, Open) else "open"), None, False
 
 
+def _is_unknown(method: OutsideMethod, instance: Object) -> bool:
+    """Return whether no class of an object can have a method, although the classes are known."""
+    if method.name.startswith("__") or instance.node is not None or instance.made is not None:
+        return False
+    return instance.cls.is_complete() and all(path.startswith(_EMPTY) for path in instance.cls.outside())
+
+
+_EMPTY = ("abc.", "builtins.object", "object", "typing.", "Protocol", "Generic")
+"""Bases outside of the folder that give no methods."""
 CHANGES = frozenset(
     (
         *("append", "appendleft", "add", "extend", "insert", "put", "put_nowait", "update", "setdefault"),
@@ -402,13 +376,3 @@ _INNER = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda, ast.ClassDef)
 
 _PLAIN = frozenset(("staticmethod", "classmethod", "property", "override", "abstractmethod"))
 """Decorators that do not change a function."""
-
-
-def _fields(cls: Class) -> list[str]:
-    """Return the fields of a class that has no constructor: a dataclass, or a named tuple."""
-    return [
-        each.target.id
-        for base in reversed([b for b in cls.order() if isinstance(b, Class)])
-        for each in base.node.body
-        if isinstance(each, ast.AnnAssign) and isinstance(each.target, ast.Name)
-    ]

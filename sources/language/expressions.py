@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 from collections import Counter
+from dataclasses import replace
 from functools import lru_cache
 
 from dineros.sources.language.computing.constants import call_constant
@@ -109,7 +110,7 @@ class Expressions(Collections):
         if not isinstance(value, Const) or value.origin != "variable":
             return value
         is_one = name in _assigned_once(frame.module) and len(holder.slots[name].values) == 1
-        return Const(value.value) if is_one else value
+        return Const(value.value, enum=value.enum) if is_one else value
 
     def assign_variable(self, name: str, value: Value, frame: Frame) -> None:
         """Assign a value to a variable."""
@@ -164,11 +165,11 @@ class Expressions(Collections):
         if isinstance(value, ModuleValue):
             return self.member(value.module, name) or Open(text)
         if isinstance(value, SuperOf):
-            found = (
-                self.look_up(value.instance.cls, name, value.cls)
-                if isinstance(value.instance, Object)
-                else None
-            )
+            of = value.instance
+            cls = of.cls if isinstance(of, Object) else of if isinstance(of, Class) else None
+            found = self.look_up(cls, name, value.cls) if cls is not None else None
+            if found is None and isinstance(of, Class) and of.meta is not None:
+                found = self.look_up(of.meta, name, value.cls)
             if isinstance(found, Function) and _is_property(found):
                 return self.call(Bound(found, value.instance), [], {}, node, frame)
             return (
@@ -178,28 +179,53 @@ class Expressions(Collections):
             )
         if isinstance(value, Class):
             found = self.look_up(value, name)
+            if found is None and value.meta is not None and name not in _OF_INSTANCES:
+                found = self.look_up(value.meta, name)
+                if isinstance(found, Function):
+                    return Bound(found, value)
             if found is None:
                 return Const(value.node.name) if name == "__name__" else OutsideMethod(value, name, text)
+            found = join(_wrapped(each) for each in options(found))
+            if value.is_enum() and not name.startswith("_"):
+                found = as_member(found, value)
             if isinstance(found, Function) and "classmethod" in found.decorators:
                 return Bound(found, value)
             return found
+        if isinstance(value, (Bound, Function)):
+            of_code = _of_code(value, name)
+            if of_code is not None:
+                return of_code
+        if name == "__dict__" and isinstance(value, (Object, Made)):
+            return Mapping(
+                {key: self.read_slot(value, key) or Open(key) for key in value.slots}, holder=value
+            )
+        if isinstance(value, Object) and not name.startswith("__"):
+            own = self.look_up(value.cls, "__getattribute__")
+            if isinstance(own, Function) and all(each.node is not own.node for each in self.calls):
+                return self.call(Bound(own, value), [Const(name)], {}, node, frame)
+        return self.plain_attribute(value, name, text, node, frame)
+
+    def plain_attribute(self, value: Value, name: str, text: str, node: ast.AST, frame: Frame) -> Value:
+        """Return an attribute of an object, without its own ``__getattribute__``."""
         if isinstance(value, Holder):
             slot = self.read_slot(value, name)
             if slot is not None:
                 return slot
         if isinstance(value, Object):
             found = self.look_up(value.cls, name)
-            if isinstance(found, Function):
-                if _is_property(found):
-                    return self.call(Bound(found, value), [], {}, node, frame)
-                return found if "staticmethod" in found.decorators else Bound(found, value)
             if found is not None:
-                return self._of_class(found, value, node, frame)
+                return join(self._of_class(each, value, node, frame) for each in options(found))
             if name == "__class__":
                 return value.cls
             given = None if value.cls.outside() else self.look_up(value.cls, "__getattr__")
             if isinstance(given, Function):
                 return self.call(Bound(given, value), [Const(name)], {}, node, frame)
+        enum = value.enum if isinstance(value, (Const, Made)) else None
+        method = self.look_up(enum, name) if enum is not None else None
+        if isinstance(method, Function):
+            if _is_property(method):
+                return self.call(Bound(method, value), [], {}, node, frame)
+            return method if "staticmethod" in method.decorators else Bound(method, value)
         known = self.library.attribute(value, name)
         if known is not None:
             return known
@@ -212,9 +238,17 @@ class Expressions(Collections):
         return OutsideMethod(value, name, text, self.place(node, frame))
 
     def _of_class(self, found: Value, instance: Object, node: ast.AST, frame: Frame) -> Value:
-        """Return what the class of an instance has under a name, and no function: also descriptors."""
+        """Return what the class of an instance has under a name, for the instance: also descriptors."""
+        found = _wrapped(found)
+        if isinstance(found, Function):
+            if _is_property(found):
+                return self.call(Bound(found, instance), [], {}, node, frame)
+            return found if "staticmethod" in found.decorators else Bound(found, instance)
+        if isinstance(found, Made) and found.path == PROPERTY:
+            getter = found.argument(0, "fget")
+            return self.call(getter or Open("fget"), [instance], {}, node, frame)
         if isinstance(found, Const):
-            return Const(found.value, found.origin or "variable")
+            return Const(found.value, found.origin or "variable", found.enum)
         if isinstance(found, Made) and found.path == "functools.partialmethod" and found.args:
             inner = found.args[0]
             bound = Bound(inner, instance) if isinstance(inner, Function) else inner
@@ -269,6 +303,9 @@ class Expressions(Collections):
         """Return what an awaited value gives."""
         if isinstance(value, Made) and value.path.endswith(".Future"):
             return self.library.call_method(OutsideMethod(value, "__await__"), [], {}, node, frame)
+        of_class = self.special(value, "__await__", [], node, frame)
+        if of_class is not None:
+            return self.drawn(of_class, node, frame)
         return self.result_of(value) if isinstance(value, Future) else value
 
     def result_of(self, future: Future) -> Value:
@@ -318,6 +355,10 @@ class Expressions(Collections):
         if isinstance(function, Const) or (
             isinstance(function, OutsideMethod) and isinstance(function.instance, (Const, Text))
         ):
+            args = [self.drawn(each, node, frame) for each in args]
+            if isinstance(function, OutsideMethod) and function.name == "format":
+                for shown in args:
+                    self.shown(shown, node, frame)
             found = call_constant(function, args, keys)
             if found is not None:
                 return found
@@ -340,6 +381,46 @@ class Expressions(Collections):
         if here is None or here.function is None or here.function.owner is None or here.instance is None:
             return Open("super()")
         return SuperOf(here.instance, here.function.owner)
+
+
+def _wrapped(value: Value) -> Value:
+    """Return the function of ``staticmethod(function)``, with its decorator."""
+    if not isinstance(value, Made) or value.path not in _WRAPPERS or not value.args:
+        return value
+    inner = value.args[0]
+    if not isinstance(inner, Function):
+        return inner
+    return replace(inner, decorators=(*inner.decorators, value.path.rpartition(".")[2]))
+
+
+def as_member(value: Value, cls: Class) -> Value:
+    """Return a member of an enumeration, which knows its class."""
+    if isinstance(value, Const):
+        return Const(value.value, value.origin, cls)
+    if isinstance(value, Made):
+        value.enum = cls
+    return value
+
+
+def _of_code(value: Bound | Function, name: str) -> Value | None:
+    """Return an attribute of a function or method; None: another one."""
+    function = value.function if isinstance(value, Bound) else value
+    if name == "__call__":
+        return value
+    if name == "__func__":
+        return function
+    if name == "__self__" and isinstance(value, Bound):
+        return value.instance
+    if name == "__wrapped__":
+        return function.original or function
+    return Const(function.name) if name in ("__name__", "__qualname__") else None
+
+
+PROPERTY = "builtins.property"
+"""Path of a property that a call makes, and no decorator."""
+_WRAPPERS = ("builtins.staticmethod", "builtins.classmethod")
+_OF_INSTANCES = ("__call__", "__init__", "__new__")
+"""Methods of a metaclass that make instances of its classes."""
 
 
 def _is_executor(value: Value) -> bool:
@@ -370,64 +451,16 @@ def shared(function: Function) -> frozenset[str]:
 
 
 _BUILT_IN = frozenset(
-    [
-        "abs",
-        "all",
-        "any",
-        "bool",
-        "bytes",
-        "dict",
-        "enumerate",
-        "filter",
-        "float",
-        "format",
-        "getattr",
-        "hasattr",
-        "int",
-        "input",
-        "isinstance",
-        "issubclass",
-        "iter",
-        "len",
-        "list",
-        "map",
-        "max",
-        "min",
-        "next",
-        "object",
-        "open",
-        "print",
-        "property",
-        "range",
-        "repr",
-        "reversed",
-        "round",
-        "set",
-        "setattr",
-        "sorted",
-        "staticmethod",
-        "str",
-        "sum",
-        "super",
-        "tuple",
-        "type",
-        "vars",
-        "zip",
-        "id",
-        "exit",
-        "quit",
-        "Exception",
-        "RuntimeError",
-        "ValueError",
-        "KeyError",
-        "TypeError",
-        "TimeoutError",
-        "KeyboardInterrupt",
-        "NotImplementedError",
-        "StopIteration",
-        "OSError",
-        "IOError",
-    ]
+    (
+        *("abs", "all", "any", "bool", "bytes", "callable", "classmethod", "delattr", "dict", "dir"),
+        *("divmod", "enumerate", "eval", "exec", "exit", "filter", "float", "format", "frozenset"),
+        *("getattr", "globals", "hasattr", "hash", "id", "input", "int", "isinstance", "issubclass"),
+        *("iter", "len", "list", "locals", "map", "max", "min", "next", "object", "open", "print"),
+        *("property", "quit", "range", "repr", "reversed", "round", "set", "setattr", "sorted"),
+        *("staticmethod", "str", "sum", "super", "tuple", "type", "vars", "zip"),
+        *("Exception", "IOError", "KeyError", "KeyboardInterrupt", "NotImplementedError", "OSError"),
+        *("RuntimeError", "StopIteration", "TimeoutError", "TypeError", "ValueError"),
+    )
 )
 
 

@@ -37,6 +37,11 @@ class Imports(Expressions):
             return ModuleValue(module)
         return Outside(name)
 
+    def imported(self, name: str, frame: Frame) -> Value | None:
+        """Return a module of the folder by its dotted name; None: it is not in the folder."""
+        found = self._module(name, frame.module)
+        return found if isinstance(found, ModuleValue) else None
+
     def _run_ImportFrom(self, node: ast.ImportFrom, frame: Frame) -> set[str]:  # noqa: N802
         name = node.module or ""
         if node.level:

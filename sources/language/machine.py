@@ -44,6 +44,8 @@ MOST_STEPS_OF_EVENTS = 100_000
 """Limit of those of events of one program."""
 MOST_CALLS = 30
 """Limit of the depth of calls."""
+MOST_SIMILAR = 4
+"""Limit of the depth of calls of inner functions that are made at one line, such as those of a decorator."""
 MOST_AGAIN = 2
 """Limit of how often a callback makes itself again with other constants."""
 MOST_CALLBACKS = 600
@@ -87,8 +89,11 @@ class Library(Protocol):
     ) -> None:
         """Begin the part of an object that a class outside of the folder has."""
 
-    def enter(self, value: Value, text: str, node: ast.AST, frame: Frame) -> bool:
-        """Enter a ``with``; return whether it holds a lock."""
+    def call_made(self, made: Made, args: list[Value], node: ast.AST, frame: Frame) -> Value | None:
+        """Call what a library has made, such as ``operator.methodcaller("run")``; None: unknown."""
+
+    def enter(self, value: Value, text: str, node: ast.AST, frame: Frame) -> Value:
+        """Enter a ``with``; return what it assigns."""
 
     def leave(self, value: Value, node: ast.AST, frame: Frame) -> None:
         """Leave a ``with``."""
@@ -132,6 +137,8 @@ class Machine(Slots):
         self.unused: ast.AST | None = None
         self.operands: dict[int, list[list[Item]]] = {}
         self._lent: dict[tuple[Object, int], tuple[int, int]] = {}  # changes when unknown code got an object
+        self.new_classes: list[Class] = []
+        self.begun: set[Object] = set()  # objects of an own ``__new__`` whose constructor has run
         self.library: Library
 
     # -------------------------------------------------------------------------------------------- where it is
@@ -347,6 +354,30 @@ class Machine(Slots):
 
     def attribute(self, value: Value, name: str, text: str, node: ast.AST, frame: Frame) -> Value:
         """Return an attribute of a value."""
+        raise NotImplementedError
+
+    def plain_attribute(self, value: Object, name: str, text: str, node: ast.AST, frame: Frame) -> Value:
+        """Return an attribute of an object, without its own ``__getattribute__``."""
+        raise NotImplementedError
+
+    def set_attribute(self, holder: Value, name: str, value: Value, node: ast.AST, frame: Frame) -> None:
+        """Set an attribute, as ``setattr`` does."""
+        raise NotImplementedError
+
+    def element(self, value: Value, key: Value, text: str) -> Value:
+        """Return an element of a collection."""
+        raise NotImplementedError
+
+    def shown(self, value: Value, node: ast.AST, frame: Frame, *first: str) -> Value:
+        """Return the text of an object whose class makes it, or else the value."""
+        raise NotImplementedError
+
+    def imported(self, name: str, frame: Frame) -> Value | None:
+        """Return a module of the folder by its dotted name; None: it is not in the folder."""
+        raise NotImplementedError
+
+    def new_class(self, args: list[Value], node: ast.AST, frame: Frame) -> Value:
+        """Return the class of a call ``type(name, bases, names)``."""
         raise NotImplementedError
 
     def look_up(self, cls: Class, name: str, after: Class | None = None) -> Value | None:

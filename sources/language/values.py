@@ -63,6 +63,8 @@ class Const(Value):
     """Empty for a literal. Otherwise its origin, if it may have another value in other runs: ``variable``,
     ``parameter NAME``, ``environment NAME``, ``option NAME`` (of the command line).
     """
+    enum: Class | None = None
+    """The enumeration whose member it is."""
 
     @property
     def is_setting(self) -> bool:
@@ -103,6 +105,10 @@ class Mapping(Value):
     items: dict[Any, Value] = field(default_factory=dict)
     rest: list[Value] = field(default_factory=list)
     is_open: bool = False
+    factory: Value | None = None
+    """Makes the missing values of a ``defaultdict``."""
+    holder: Holder | None = None
+    """Whose ``__dict__`` it is."""
 
 
 @dataclass(eq=False)
@@ -133,6 +139,10 @@ class Function(Value):
     defaults: dict[str, Value] = field(default_factory=dict)
     decorators: tuple[str, ...] = ()
     original: Function | None = None
+    registered: list[Value] = field(default_factory=list)
+    """Of ``functools.singledispatch``: the functions for other types."""
+    around: tuple[Value, ...] = ()
+    """The managers that decorators enter around each call."""
 
     @property
     def name(self) -> str:
@@ -156,6 +166,14 @@ class Generator(Value):
 
 
 @dataclass(eq=False)
+class LateItems(Value):
+    """What ``(run() for run in jobs)`` gives: it runs when something asks for values."""
+
+    node: ast.GeneratorExp
+    frame: Frame
+
+
+@dataclass(eq=False)
 class Class(Value):
     """A class of the program."""
 
@@ -163,6 +181,8 @@ class Class(Value):
     frame: Frame
     bases: list[Value] = field(default_factory=list)
     names: dict[str, Value] = field(default_factory=dict)
+    meta: Class | None = None
+    subclasses: list[Class] = field(default_factory=list)
 
     def order(self) -> list[Value]:
         """Return the class and its bases in the order of look-up; without repetition, those outside last."""
@@ -181,6 +201,10 @@ class Class(Value):
     def outside(self) -> list[str]:
         """Return the dotted names of the bases that are not in the folder."""
         return [each.path for each in self.order() if isinstance(each, Outside)]
+
+    def is_enum(self) -> bool:
+        """Return whether it is an enumeration."""
+        return any(path.startswith("enum.") for path in self.outside())
 
     def is_complete(self) -> bool:
         """Return whether every base is known, if only by name."""
@@ -267,6 +291,7 @@ class Made(Holder):
         self.name = ""
         self.entity: Entity | None = None
         self.nodes: list[NodeFact] = []
+        self.enum: Class | None = None  # whose member it is
         self.level = 0  # number of branches around the call
         self.effect: Effect | None = None
 

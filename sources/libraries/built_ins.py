@@ -9,14 +9,18 @@ from dineros.sources.language.computing.constants import call_built_in
 from dineros.sources.language.machine import Machine
 from dineros.sources.language.values import (
     NONE,
+    Bound,
+    Class,
     Const,
     Frame,
-    Holder,
+    Function,
     Items,
     Made,
     Mapping,
     Object,
     Open,
+    OutsideMethod,
+    Partial,
     SomeFunction,
     Text,
     Value,
@@ -27,6 +31,7 @@ from dineros.sources.language.values import (
     options,
 )
 from dineros.sources.libraries.doing import Keys
+from dineros.sources.libraries.standard.functional import names_of
 
 
 class BuiltIns:
@@ -49,19 +54,17 @@ class BuiltIns:
         found = call_built_in(name, args, name)
         if found is not None:
             return found
+        if name == "iter" and len(args) == 2:
+            with self.machine.perhaps(is_loop=True):
+                return Items([self.machine.call(args[0], [], {}, node, frame)], is_open=True)
+        if name == "callable" and isinstance(first, (Function, Bound, Partial, Class, Const)):
+            return Const(not isinstance(first, Const), first.origin if isinstance(first, Const) else "")
         if name in ("list", "tuple", "set", "sorted", "reversed", "iter"):
             if first is None:
                 return Items([], kind=name)
             values, is_exact = self.machine.turns(first)
             values = list(reversed(values)) if name == "reversed" else list(values)
             return Items(values, not is_exact or name == "sorted")
-        if name == "dict":
-            found_items = Mapping(dict(keys))
-            if isinstance(first, Mapping):
-                found_items = Mapping({**first.items, **keys}, list(first.rest), first.is_open)
-            elif first is not None:
-                found_items.is_open = True
-            return found_items
         if name == "enumerate" and first is not None:
             values, is_exact = self.machine.turns(first)
             return Items([Items([Const(i), v], kind="tuple") for i, v in enumerate(values)], not is_exact)
@@ -83,15 +86,35 @@ class BuiltIns:
         if name == "len" and isinstance(first, Items) and not first.is_open:
             return Const(len(first.items), "" if self._is_fixed(first, node) else "variable")
         if name == "getattr" and len(args) > 1 and isinstance(args[1], Const):
-            return self.machine.attribute(
-                args[0], str(args[1].value), f"getattr({args[1].value})", node, frame
-            )
+            wanted = str(args[1].value)
+            value = self.machine.attribute(args[0], wanted, f"getattr({wanted})", node, frame)
+            is_lost = len(args) > 2 and isinstance(value, OutsideMethod)
+            return join([args[2], value]) if is_lost else value
+        if name == "type" and len(args) == 1:
+            return join(_type_of(each) for each in options(first))
+        if name == "type" and len(args) == 3:
+            return self.machine.new_class(args, node, frame)
+        if name == "vars" and first is not None:
+            if isinstance(first, Class):
+                return Mapping(dict(first.names))
+            return self.machine.attribute(first, "__dict__", "vars()", node, frame)
+        if name == "dir" and isinstance(first, Object):
+            return Items([Const(each) for each in names_of(first)], is_open=True)
+        if name in ("globals", "locals"):
+            holder = frame
+            while name == "globals" and holder.outer is not None:
+                holder = holder.outer
+            slots = holder.holder.slots if holder.holder is not None else {}
+            return Mapping({**{key: each.any() for key, each in slots.items()}, **holder.names})
+        if name in ("eval", "exec"):
+            return self._run_text(first, node, frame)
+        if name in ("staticmethod", "classmethod", "property"):
+            return Made(f"builtins.{name}", args, keys, self.machine.place(node, frame))
         if name == "getattr" and len(args) > 1:
             return self._any_attribute(args, node, frame)
         if name == "setattr" and len(args) > 2 and isinstance(args[1], Const):
             for each in options(args[0]):
-                if isinstance(each, Holder):
-                    self.machine.write_slot(each, str(args[1].value), args[2])
+                self.machine.set_attribute(each, str(args[1].value), args[2], node, frame)
             return NONE
         if name == "setattr":
             self.machine.activity.fact.is_open = True
@@ -114,6 +137,23 @@ class BuiltIns:
             values, _ = self.machine.turns(first)
             return join(values) if values else Open("next")
         return Open(name)
+
+    def _run_text(self, text: Value | None, node: ast.AST, frame: Frame) -> Value:
+        """Run code that is a text; unknown text may do anything."""
+        try:
+            code = ast.parse(text.value) if isinstance(text, Const) and isinstance(text.value, str) else None
+        except (SyntaxError, ValueError, RecursionError):
+            code = None
+        if code is None:
+            self.machine.activity.fact.is_open = True
+            return Open("eval()")
+        for each in ast.walk(code):
+            if hasattr(each, "lineno"):
+                each.lineno = getattr(node, "lineno", 1)
+        if len(code.body) == 1 and isinstance(code.body[0], ast.Expr):
+            return self.machine.evaluate(code.body[0].value, frame)
+        self.machine.execute(code.body, frame)
+        return NONE
 
     def _call_keys(self, name: str, args: list[Value], keys: Keys, node: ast.AST, frame: Frame) -> None:
         """Call the function that a built-in function gets for each element: a key, or a test."""
@@ -140,7 +180,7 @@ class BuiltIns:
                     fits = re.compile(".*".join(map(re.escape, re.split(r"{[^{}]*}", name.text))))
                     found += [
                         self.machine.attribute(holder, each, f"getattr({each})", node, frame)
-                        for each in _names(holder)
+                        for each in names_of(holder)
                         if fits.fullmatch(each)
                     ]
                 else:
@@ -155,11 +195,14 @@ class BuiltIns:
         return is_first and not self.machine.attributes.has_begun
 
 
-_SPECIAL = ("len", "str", "repr", "next", "bool", "int", "float", "hash", "abs")
+def _type_of(value: Value) -> Value:
+    if isinstance(value, Object):
+        return value.cls
+    return value.meta if isinstance(value, Class) and value.meta is not None else Open("type()")
+
+
+_SPECIAL = (
+    *("len", "str", "repr", "next", "bool", "int", "float", "hash", "abs"),
+    *("round", "reversed", "format", "divmod", "bytes", "complex"),
+)
 """Functions that call a method of the class."""
-
-
-def _names(holder: Object) -> list[str]:
-    """Return the names of the attributes and methods of an object, without those of Python."""
-    every = [*holder.slots, *(name for cls in holder.cls.inside for name in cls.names)]
-    return [each for each in dict.fromkeys(every) if not each.startswith("__")]

@@ -2,8 +2,20 @@
 
 from __future__ import annotations
 
+from dineros.sources.language.computing.gathering import put
 from dineros.sources.language.machine import Machine
-from dineros.sources.language.values import NONE, Items, Mapping, Open, Value, join, key_of, of_key, options
+from dineros.sources.language.values import (
+    NONE,
+    Holder,
+    Items,
+    Mapping,
+    Open,
+    Value,
+    join,
+    key_of,
+    of_key,
+    options,
+)
 
 
 def of_container(
@@ -60,11 +72,20 @@ def of_container(
             return Items([of_key(key) for key in value.items], value.is_open or bool(value.rest))
         if name == "update":
             for each in args:
-                if isinstance(each, Mapping):
+                if isinstance(each, Items):
+                    for pair in each.items:
+                        if isinstance(pair, Items) and len(pair.items) == 2:
+                            put(value, *pair.items)
+                    value.is_open |= each.is_open
+                elif isinstance(each, Mapping):
                     value.items |= each.items
                     value.rest += each.rest
                 else:
                     value.is_open = True
             value.items |= keys
+            if value.holder is not None:
+                for key, each in value.items.items():
+                    if isinstance(key, str) and isinstance(value.holder, Holder):
+                        machine.write_slot(value.holder, key, each)
             return NONE
     return None

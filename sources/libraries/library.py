@@ -18,10 +18,12 @@ from dineros.sources.language.values import (
     Const,
     Either,
     Frame,
+    Function,
     Future,
     Generator,
     Goal,
     Items,
+    LateItems,
     Made,
     Mapping,
     Object,
@@ -46,6 +48,9 @@ from dineros.sources.libraries.doing import QUEUES, Doer, Keys, seconds, within
 from dineros.sources.libraries.executing.executors import Executors
 from dineros.sources.libraries.idioms import Idiom
 from dineros.sources.libraries.making import CREATES, Maker
+from dineros.sources.libraries.standard.collected import Collected
+from dineros.sources.libraries.standard.contexts import Contexts
+from dineros.sources.libraries.standard.functional import Functional, calls_at_once
 from dineros.sources.libraries.transforms import BUFFERS, timeout_of
 
 _NODES = ("Node", "LifecycleNode", "ManagedNode")
@@ -89,6 +94,9 @@ class RosLibrary:
         self.executors = Executors(self.doer)
         self.idioms = Idioms(self.doer, idioms)
         self.built_ins = BuiltIns(machine)
+        self.functional = Functional(machine)
+        self.collected = Collected(machine)
+        self.contexts = Contexts(machine)
         self.substitute: Callable[[Value], Value] = lambda value: Open(text_of(value))
         self.load: Callable[[str], Value | None] = lambda path: None
 
@@ -117,13 +125,21 @@ class RosLibrary:
             found = self._rclpy(path, last, made, node, frame)
             if found is not None:
                 return found
+        if path == "builtins.print":
+            for each in args:
+                self.machine.shown(each, node, frame)
+        of_containers = self.collected.call(path, made, node, frame)
+        if of_containers is None:
+            of_containers = self.functional.call(path, made, node, frame)
+        if of_containers is not None:
+            return of_containers
         if path.startswith("builtins."):
             if last not in _ONLY_LOOK:
                 self._escape(args, keys, is_read=last in _CALLS_ITS_ARGUMENT)
             return self.built_ins.call(last, args, keys, node, frame)
         found = self._standard(path, last, made, node, frame)
         if found is None:
-            self._escape(args, keys, is_read=path not in _THREADS)
+            self._escape(args, keys, is_read=path not in _THREADS and not calls_at_once(path))
             self._lend(made)
             return self.doer.once(made, made.at) if last in _WAITED_FOR else made
         return found
@@ -131,7 +147,9 @@ class RosLibrary:
     def _drawn(self, args: list[Value], node: ast.AST, frame: Frame, *, is_one: bool = False) -> list[Value]:
         """Run the generators among arguments; as far as the next value, if `is_one`."""
         for value in args:
-            if isinstance(value, Generator) or (isinstance(value, Either) and _has_generator(value)):
+            if isinstance(value, (Generator, LateItems)) or (
+                isinstance(value, Either) and _has_generator(value)
+            ):
                 break
         else:
             return args
@@ -191,16 +209,14 @@ class RosLibrary:
             return Partial(args[0], args[1:], keys)
         if path == "functools.partialmethod":
             return made
+        if path in ("importlib.import_module", "builtins.__import__") and args:
+            return self.machine.imported(text_of(args[0]), frame) or made
         if path == "types.MethodType" and len(args) == 2:
             return Partial(args[0], args[1:], {})
-        if path in QUEUES or path == "collections.deque":
-            if path not in QUEUES:
-                return Items([])
+        if path in QUEUES:
             most = constant(made.argument(0, "maxsize"))
             is_bounded = isinstance(most, int) and most > 0
             return self.doer.once(Items([], kind=QUEUE, is_bounded=is_bounded), made.at)
-        if path in ("collections.defaultdict", "collections.OrderedDict"):
-            return Mapping(is_open=path.endswith("defaultdict"))
         if path in ("copy.copy", "copy.deepcopy") and args:
             return Made(path, args, {}, made.at) if isinstance(args[0], (Made, Outside)) else args[0]
         if path in ("os.environ.get", "os.getenv"):
@@ -216,6 +232,8 @@ class RosLibrary:
             given = keys.get("timeout")
             effect("work", path, node, frame, timeout=seconds(given))
             return Open(path)
+        if path == "asyncio.to_thread" and args:
+            return self.executors.run_apart(args[0], args[1:], node, frame)
         if path in ("asyncio.run", "asyncio.run_coroutine_threadsafe"):
             blocked = "blocks, without time-out" if path == "asyncio.run" else "async"
             self.executors.run_coroutine(made, node, frame, blocked)
@@ -270,11 +288,20 @@ class RosLibrary:
     ) -> Value:
         """Call a method that no class of the program has."""
         value, name = method.instance, method.name
-        if isinstance(value, Generator):
+        if isinstance(value, (Generator, LateItems)):
             return self._drawn([value], node, frame, is_one=True)[0]
-        if not isinstance(value, (Items, Mapping)):
+        if not isinstance(value, (Items, Mapping)) or name in ("extend", "update", "extendleft"):
             args = self._drawn(args, node, frame)
+        if isinstance(value, Items) and name == "sort" and "key" in keys:
+            self.functional.call_each([keys["key"]], {}, node, frame)
+        if isinstance(value, Function) and name == "register" and args:
+            value.registered.append(args[-1])
+            return args[-1]
         found = self.idioms.method(value, name, args, node, frame)
+        if found is None:
+            found = self.collected.method(value, name, args, keys)
+        if found is None and name == "run_in_executor" and len(args) > 1:
+            return self.executors.run_apart(args[1], args[2:], node, frame)
         if found is None and isinstance(value, Port):
             found = self.doer.port(value, name, args, keys, node, frame)
         elif isinstance(value, Goal):
@@ -373,10 +400,17 @@ class RosLibrary:
         found = self.doer.lock(value, name, args, keys, node, frame)
         if found is not None:
             return found
-        if value.path == "contextlib.ExitStack" and name == "enter_context" and args:
-            if self.enter(args[0], getattr(args[0], "name", ""), node, frame):
-                self.machine.activity.acquired.append(self.machine.activity.holding[-1])
-            return args[0]
+        if (
+            name == "enter_context"
+            and args
+            and self._acquire(args[0], getattr(args[0], "name", ""), node, frame)
+        ):
+            self.machine.activity.acquired.append(self.machine.activity.holding[-1])
+        found = self.contexts.method(value, name, args, keys, node, frame)
+        if found is not None:
+            return found
+        if calls_at_once(value.path):
+            self.functional.call_each(args, keys, node, frame)
         if value.path == PARSER:
             return call_parser(self.machine, value, name, args, keys, self.maker.arguments)
         if value.path.startswith("launch"):
@@ -456,13 +490,29 @@ class RosLibrary:
                 bound = self.machine.attribute(instance, name, name, instance.cls.node, instance.cls.frame)
                 self.machine.later(bound, "transition", instance.node, [Open("state")], id(instance))
 
+    def call_made(self, made: Made, args: list[Value], node: ast.AST, frame: Frame) -> Value | None:
+        """Call what a library has made."""
+        found = self.functional.call_made(made, args, node, frame)
+        return self.collected.call_made(made, node, frame) if found is None else found
+
     def leave(self, value: Value, node: ast.AST, frame: Frame) -> None:
         """Leave a ``with``: a pool of threads waits for its threads."""
         for each in options(value):
+            with self.machine.perhaps() if isinstance(value, Either) else nullcontext():
+                self.contexts.leave(each, node, frame)
             self.executors.leave(each, node, frame)
 
-    def enter(self, value: Value, text: str, node: ast.AST, frame: Frame) -> bool:
-        """Enter a ``with``; return whether it is a lock."""
+    def enter(self, value: Value, text: str, node: ast.AST, frame: Frame) -> Value:
+        """Enter a ``with``; return what it assigns."""
+        self._acquire(value, text, node, frame)
+        found = []
+        for each in options(value):
+            with self.machine.perhaps() if isinstance(value, Either) else nullcontext():
+                found.append(self.contexts.enter(each, node, frame))
+        return join(found)
+
+    def _acquire(self, value: Value, text: str, node: ast.AST, frame: Frame) -> bool:
+        """Acquire a lock at the begin of a ``with``; return whether it is one."""
         for each in options(value):
             if isinstance(each, Made) and each.path.startswith(
                 ("threading.", "multiprocessing.", "asyncio.")
@@ -483,4 +533,4 @@ _ITERATE = frozenset(
 
 
 def _has_generator(value: Either) -> bool:
-    return any(isinstance(each, Generator) for each in value.options)
+    return any(isinstance(each, (Generator, LateItems)) for each in value.options)

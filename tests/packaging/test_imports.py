@@ -230,7 +230,7 @@ FOLDERS = {
             "expressions",
             "importing",
         ),
-        *("conditions", "assigning", "running", "calls"),
+        *("conditions", "assigning", "running", "instances", "calls"),
     ],
     "sources/language/computing": ["constants", "operations", "gathering"],
     "sources/language/fields": ["messages", "responses"],

@@ -8,10 +8,15 @@ from typing import Any
 
 from dineros.sources.language.computing.operations import Operations, short
 from dineros.sources.language.values import (
+    Bound,
+    Class,
     Const,
     Either,
     Frame,
+    Function,
     Items,
+    LateItems,
+    Made,
     Mapping,
     Open,
     Outside,
@@ -74,12 +79,23 @@ class Collections(Operations):
     def _value_of_Subscript(self, node: ast.Subscript, frame: Frame) -> Value:  # noqa: N802
         value = self.evaluate(node.value, frame)
         if isinstance(node.slice, ast.Slice):
+            of_class = self.special(value, "__getitem__", [Open(short(node.slice))], node, frame)
+            if of_class is not None:
+                return of_class
             return self._sliced(value, node.slice, short(node), frame)
         key = self.evaluate(node.slice, frame)
         of_class = self.special(value, "__getitem__", [key], node, frame)
         if of_class is not None:
             return of_class
-        found = [self._element(each, key, short(node)) for each in options(value) if not is_none(each)]
+        if isinstance(value, Class):
+            if value.is_enum() and isinstance(key, Const) and isinstance(key.value, str):
+                return self.attribute(value, key.value, short(node), node, frame)
+            of_type = self.look_up(value, "__class_getitem__")
+            if isinstance(of_type, Function):
+                return self.call(Bound(of_type, value), [key], {}, node, frame)
+        if isinstance(value, Mapping) and value.factory is not None and is_missing(value, key):
+            put(value, key, self.call(value.factory, [], {}, node, frame))
+        found = [self.element(each, key, short(node)) for each in options(value) if not is_none(each)]
         return join(found) if found else Open(short(node))
 
     def _sliced(self, value: Value, node: ast.Slice, text: str, frame: Frame) -> Value:
@@ -99,11 +115,12 @@ class Collections(Operations):
             pass
         return Open(text)
 
-    def _element(self, value: Value, key: Value, text: str) -> Value:
+    def element(self, value: Value, key: Value, text: str) -> Value:
+        """Return an element of a collection."""
         if isinstance(value, Mapping):
             if (known := key_of(key)) is not None and known in value.items:
                 return join([value.items[known], *value.rest]) if value.rest else value.items[known]
-            if not isinstance(key, Const) or value.rest:
+            if not isinstance(key, Const) or key.origin or value.rest:
                 found = [*value.items.values(), *value.rest]
                 return join([*found, Open(text)] if value.is_open else found) if found else Open(text)
             return Open(text)
@@ -134,6 +151,8 @@ class Collections(Operations):
             return value.items[:MOST_TURNS], not value.is_open and len(value.items) <= MOST_TURNS
         if isinstance(value, Mapping):
             return [of_key(key) for key in value.items], not value.is_open and not value.rest
+        if isinstance(value, Class) and value.is_enum():
+            return members_of(value), True
         if isinstance(value, Either):
             found = [self.turns(each)[0] for each in value.options]
             return [each for values in found for each in values], False
@@ -187,7 +206,17 @@ class Collections(Operations):
         return Items(found, not is_exact)
 
     _value_of_SetComp = _value_of_ListComp  # noqa: N815
-    _value_of_GeneratorExp = _value_of_ListComp  # noqa: N815
+
+    def _value_of_GeneratorExp(self, node: ast.GeneratorExp, frame: Frame) -> Value:  # noqa: N802
+        return LateItems(node, frame)
+
+    def drawn_late(self, value: LateItems) -> Items:
+        """Return what a generator expression gives, which runs now."""
+        found: list[Value] = []
+        is_exact = self._comprehension(
+            value.node, value.frame, lambda inner: found.append(self.evaluate(value.node.elt, inner))
+        )
+        return Items(found, not is_exact)
 
     def _value_of_DictComp(self, node: ast.DictComp, frame: Frame) -> Value:  # noqa: N802
         found = Mapping()
@@ -201,6 +230,25 @@ class Collections(Operations):
     def assign(self, target: ast.expr, value: Value, frame: Frame) -> None:
         """Assign a value to a target."""
         raise NotImplementedError
+
+
+def members_of(cls: Class) -> list[Value]:
+    """Return the members of an enumeration."""
+    values = (each for name, each in cls.names.items() if not name.startswith("_"))
+    found: list[Value] = []
+    for each in values:
+        if isinstance(each, Const):
+            found.append(Const(each.value, each.origin, cls))
+        elif isinstance(each, Made):
+            each.enum = cls
+            found.append(each)
+    return found
+
+
+def is_missing(mapping: Mapping, key: Value) -> bool:
+    """Return whether a dictionary has no value for a key, as far as known."""
+    known = key_of(key)
+    return not mapping.rest if known is None else known not in mapping.items
 
 
 def put(mapping: Mapping, key: Value, value: Value) -> None:

@@ -69,7 +69,7 @@ class Operations(Machine):
         for each in node.values:
             if isinstance(each, ast.FormattedValue):
                 value = self.evaluate(each.value, frame)
-                value = self.special(value, "__str__", [], each, frame) or value
+                value = self.shown(value, each, frame, "__format__")
                 if each.format_spec is not None and isinstance(value, Const):
                     spec = self.evaluate(each.format_spec, frame)
                     value = format_text("{:" + hole(spec) + "}", [value], {})
@@ -79,6 +79,15 @@ class Operations(Machine):
             else:
                 parts.append(self.evaluate(each, frame))
         return spread(parts, joined)
+
+    def shown(self, value: Value, node: ast.AST, frame: Frame, *first: str) -> Value:
+        """Return the text of an object whose class makes it, or else the value."""
+        for name in (*first, "__str__", "__repr__"):
+            args: list[Value] = [Const("")] if name == "__format__" else []
+            found = self.special(value, name, args, node, frame)
+            if found is not None:
+                return found
+        return value
 
     def special(
         self, value: Value, name: str, args: list[Value], node: ast.AST, frame: Frame
@@ -114,6 +123,13 @@ class Operations(Machine):
             found = self.special(left, f"__{name}__", [right], node, frame)
             if found is not None:
                 return found
+        if name is not None and isinstance(right, (Object, Either)):
+            found = self.special(right, f"__r{name}__", [left], node, frame)
+            if found is not None:
+                return found
+        if isinstance(node.op, ast.Mod):
+            for each in right.items if isinstance(right, Items) else [right]:
+                self.shown(each, node, frame)
         return spread([left, right], lambda each: self.combined(node.op, each[0], each[1], short(node)))
 
     def combined(self, op: ast.operator, left: Value, right: Value, text: str) -> Value:
@@ -127,6 +143,11 @@ class Operations(Machine):
                     return Const(function(left.value, right.value), left.origin or right.origin)
                 except (TypeError, ValueError, ArithmeticError):
                     return Open(text)
+        if isinstance(op, ast.BitOr) and isinstance(left, Mapping) and isinstance(right, Mapping):
+            rest = [*left.rest, *right.rest]
+            return Mapping({**left.items, **right.items}, rest, left.is_open or right.is_open)
+        if isinstance(op, ast.Mult) and isinstance(left, Items):
+            return Items(list(left.items), True, left.kind)
         if isinstance(op, ast.Add):
             if isinstance(left, Items) and isinstance(right, Items):
                 return Items([*left.items, *right.items], left.is_open or right.is_open, left.kind)
@@ -146,6 +167,7 @@ class Operations(Machine):
     def _value_of_UnaryOp(self, node: ast.UnaryOp, frame: Frame) -> Value:  # noqa: N802
         value = self.evaluate(node.operand, frame)
         if isinstance(node.op, ast.Not):
+            self._asked_for_truth(value, node, frame)
             verdict, origin = self.truth(value)
             return Open(short(node)) if verdict is None else Const(not verdict, origin)
         if (
@@ -154,7 +176,8 @@ class Operations(Machine):
             and isinstance(value.value, (int, float))
         ):
             return Const(-value.value, value.origin)
-        return Open(short(node))
+        of_class = self.special(value, _UNARY.get(type(node.op), "__neg__"), [], node, frame)
+        return Open(short(node)) if of_class is None else of_class
 
     # -------------------------------------------------------------------------------------------------- tests
 
@@ -166,7 +189,10 @@ class Operations(Machine):
             return bool(value.items), "variable"
         if isinstance(value, Mapping) and not value.is_open:
             return bool(value.items), "variable"
-        if isinstance(value, (Object, Port, Function, Bound, Class, RunningNode)):
+        if isinstance(value, Object):
+            own = [self.look_up(value.cls, each) for each in ("__bool__", "__len__")]
+            return (True, "") if own == [None, None] else (None, "")
+        if isinstance(value, (Port, Function, Bound, Class, RunningNode)):
             return True, ""
         if isinstance(value, Made):
             return True, "variable"
@@ -174,7 +200,16 @@ class Operations(Machine):
 
     def decide(self, test: ast.expr, frame: Frame) -> Verdict:
         """Evaluate a test; return whether it holds."""
-        return self.truth(self.evaluate(test, frame))
+        value = self.evaluate(test, frame)
+        self._asked_for_truth(value, test, frame)
+        return self.truth(value)
+
+    def _asked_for_truth(self, value: Value, node: ast.AST, frame: Frame) -> None:
+        """Call the method that says whether an object is true."""
+        if isinstance(value, (Object, Either)):
+            found = self.special(value, "__bool__", [], node, frame)
+            if found is None:
+                self.special(value, "__len__", [], node, frame)
 
     def _value_of_Compare(self, node: ast.Compare, frame: Frame) -> Value:  # noqa: N802
         values = [self.evaluate(each, frame) for each in (node.left, *node.comparators)]
@@ -187,6 +222,16 @@ class Operations(Machine):
             found = self.special(holder, f"__{name}__", [other], node, frame)
             if found is not None:
                 return found if name != "contains" else Open(short(node))
+        if name is not None and isinstance(other, (Object, Either)) and name in _REFLECTED:
+            found = self.special(other, f"__{_REFLECTED[name]}__", [holder], node, frame)
+            if found is not None:
+                return found
+        if name in _ORDER and isinstance(holder, Object):  # ``functools.total_ordering``
+            for each in _ORDER:
+                if (found := self.special(holder, f"__{each}__", [other], node, frame)) is not None:
+                    return Open(short(node))
+        if name == "contains":
+            self.drawn(holder, node, frame)
         if isinstance(op, (ast.Is, ast.IsNot)) and is_none(right):
             if isinstance(left, Const):
                 verdict = (left.value is None) == isinstance(op, ast.Is)
@@ -283,6 +328,9 @@ def short(node: ast.AST) -> str:
     return known if len(known) <= 80 else f"{known[:77]}..."
 
 
+_ORDER = ("lt", "le", "gt", "ge")
+_REFLECTED = {"lt": "gt", "gt": "lt", "le": "ge", "ge": "le", "eq": "eq", "ne": "ne"}
+_UNARY = {ast.USub: "__neg__", ast.UAdd: "__pos__", ast.Invert: "__invert__"}
 _SPECIAL: dict[type[ast.AST], str] = {
     **{ast.Add: "add", ast.Sub: "sub", ast.Mult: "mul", ast.Div: "truediv", ast.Mod: "mod"},
     **{ast.BitOr: "or", ast.BitAnd: "and", ast.RShift: "rshift", ast.LShift: "lshift", ast.MatMult: "matmul"},

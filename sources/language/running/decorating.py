@@ -39,6 +39,13 @@ class Decorating(Polling):
         found: Value = value
         for decorator in reversed(node.decorator_list):
             named = decorator.func if isinstance(decorator, ast.Call) else decorator
+            if isinstance(named, ast.Attribute) and named.attr == "register":
+                self._register(self.evaluate(named.value, frame), found)
+            if self._is_manager(named, frame):
+                manager = self.evaluate(decorator, frame)
+                if isinstance(found, Function):
+                    found = replace(found, around=(*found.around, manager))
+                continue
             if self._is_own(named, frame):
                 made = self.call(self.evaluate(decorator, frame), [found], {}, decorator, frame)
             elif isinstance(found, Function) and self._is_wraps(named, frame):
@@ -57,6 +64,18 @@ class Decorating(Polling):
         activity, is_outer = self.activity.fact, len(self.calls) == 1
         if is_outer and not activity.is_async and activity.kind not in (EVENT, "main", "module", "thread"):
             self.unused = value
+
+    def _register(self, generic: Value, function: Value) -> None:
+        """Record a function of ``functools.singledispatch`` for another type."""
+        if isinstance(generic, Function) and any("singledispatch" in each for each in generic.decorators):
+            generic.registered.append(function)
+
+    def _is_manager(self, named: ast.expr, frame: Frame) -> bool:
+        """Return whether a decorator enters a ``with`` around each call."""
+        value = self.evaluate(named, frame) if isinstance(named, (ast.Name, ast.Attribute)) else None
+        if isinstance(value, Object):
+            value = value.cls
+        return isinstance(value, Class) and any("ContextDecorator" in each for each in value.outside())
 
     def _is_own(self, named: ast.expr, frame: Frame) -> bool:
         """Return whether the program itself defines a decorator."""

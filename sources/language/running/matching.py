@@ -7,7 +7,18 @@ import ast
 from dineros.sources.branches import Anything, Branch, Condition, Joined
 from dineros.sources.language.assigning import Assignments
 from dineros.sources.language.machine import FALLS
-from dineros.sources.language.values import Frame, Open, Value, join
+from dineros.sources.language.modules import text_of_code
+from dineros.sources.language.values import (
+    Const,
+    Frame,
+    Items,
+    Mapping,
+    Object,
+    Open,
+    Value,
+    join,
+    options,
+)
 
 
 class Matching(Assignments):
@@ -15,7 +26,7 @@ class Matching(Assignments):
 
     def _run_Match(self, node: ast.Match, frame: Frame) -> set[str]:  # noqa: N802
         with self.block() as asked:
-            self.evaluate(node.subject, frame)
+            value = self.evaluate(node.subject, frame)
         self.activity.block += asked
         subject = None if asked else node.subject
         rest = self.activity.block
@@ -27,7 +38,7 @@ class Matching(Assignments):
             frame.names.update(before)
             condition = self._pattern(case.pattern, subject, frame)
             with self.perhaps(is_kept=True) as block:
-                self._bind_names(case.pattern, frame)
+                self._bind_names(case.pattern, value, node, frame)
                 if case.guard is not None:
                     with self.block() as asked:
                         self.decide(case.guard, frame)
@@ -67,12 +78,44 @@ class Matching(Assignments):
                 return self.compared(subject, ast.Is(), ast.Constant(single), frame)
         return Anything()
 
-    def _bind_names(self, pattern: ast.pattern, frame: Frame) -> None:
-        """Assign unknown values to the variables of a pattern."""
-        for each in ast.walk(pattern):
-            name = each.rest if isinstance(each, ast.MatchMapping) else getattr(each, "name", None)
-            if isinstance(each, (ast.MatchAs, ast.MatchStar, ast.MatchMapping)) and name:
-                self.assign_variable(name, Open(name), frame)
+    def _bind_names(self, pattern: ast.pattern, value: Value, node: ast.AST, frame: Frame) -> None:
+        """Assign the matching parts of a value to the variables of a pattern, as far as they are known."""
+        match pattern:
+            case ast.MatchAs(pattern=inner, name=name):
+                if inner is not None:
+                    self._bind_names(inner, value, node, frame)
+                if name is not None:
+                    self.assign_variable(name, Open(name) if isinstance(value, Const) else value, frame)
+            case ast.MatchStar(name=name) if name is not None:
+                self.assign_variable(name, Items([value], is_open=True), frame)
+            case ast.MatchOr(patterns=patterns):
+                for each in patterns:
+                    self._bind_names(each, value, node, frame)
+            case ast.MatchSequence(patterns=patterns):
+                turns, is_exact = self.turns(value)
+                rest = join(turns) if turns else Open("element")
+                has_star = any(isinstance(each, ast.MatchStar) for each in patterns)
+                is_exact &= len(turns) == len(patterns) and not has_star
+                for index, each in enumerate(patterns):
+                    self._bind_names(each, turns[index] if is_exact else rest, node, frame)
+            case ast.MatchMapping(keys=keys, patterns=patterns, rest=name):
+                for key, each in zip(keys, patterns, strict=True):
+                    known = self.element(value, self.evaluate(key, frame), text_of_code(key))
+                    self._bind_names(each, known, node, frame)
+                if name is not None:
+                    self.assign_variable(name, Mapping(rest=[value], is_open=True), frame)
+            case ast.MatchClass(patterns=patterns, kwd_attrs=names, kwd_patterns=named):
+                for each in patterns:
+                    self._bind_names(each, self._any_field(value), node, frame)
+                for name, each in zip(names, named, strict=True):
+                    self._bind_names(each, self.attribute(value, name, name, node, frame), node, frame)
+
+    def _any_field(self, value: Value) -> Value:
+        """Return any attribute of an object: patterns name some by their position."""
+        slots = [
+            each.any() for part in options(value) if isinstance(part, Object) for each in part.slots.values()
+        ]
+        return join(slots) if slots else Open("field")
 
 
 def merge(frame: Frame, after: list[dict[str, Value]], before: dict[str, Value]) -> None:

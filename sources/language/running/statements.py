@@ -8,7 +8,6 @@ from collections.abc import Callable
 
 from dineros.sources.branches import Anything, Attempt, Branch, Condition, Leave, Loop, Turns
 from dineros.sources.facts import TRANSFORM
-from dineros.sources.language.activities import Activity
 from dineros.sources.language.attributes import Written
 from dineros.sources.language.computing.operations import Verdict
 from dineros.sources.language.endings import (
@@ -26,15 +25,11 @@ from dineros.sources.language.running.decorating import Decorating
 from dineros.sources.language.running.matching import merge
 from dineros.sources.language.values import (
     SETTINGS,
-    Bound,
-    Class,
     Const,
     Frame,
-    Function,
     Future,
     Items,
     Made,
-    Object,
     Open,
     Value,
     join,
@@ -102,9 +97,7 @@ class Statements(Decorating):
         return {FALLS}
 
     def _run_AugAssign(self, node: ast.AugAssign, frame: Frame) -> set[str]:  # noqa: N802
-        load = copy.copy(node.target)
-        load.ctx = ast.Load()
-        before, value = self.evaluate(load, frame), self.evaluate(node.value, frame)
+        before, value = self.evaluate(_loaded(node.target), frame), self.evaluate(node.value, frame)
         if isinstance(before, Items) and isinstance(node.op, ast.Add):
             values, is_exact = self.turns(value)
             before.items += values
@@ -124,7 +117,11 @@ class Statements(Decorating):
     def _run_Delete(self, node: ast.Delete, frame: Frame) -> set[str]:  # noqa: N802
         for target in node.targets:
             self.changes_attribute(target)
-            if isinstance(target, ast.Subscript):
+            if isinstance(target, ast.Name):
+                self.special(self.evaluate(_loaded(target), frame), "__del__", [], target, frame)
+            elif isinstance(target, ast.Attribute):
+                self.delete_attribute(self.evaluate(target.value, frame), target.attr, target, frame)
+            elif isinstance(target, ast.Subscript):
                 held, key = self.evaluate(target.value, frame), self.evaluate(target.slice, frame)
                 self.special(held, "__delitem__", [key], target, frame)
         return {FALLS}
@@ -149,17 +146,6 @@ class Statements(Decorating):
         return any(isinstance(each, (Made, Open)) for each in options(self.evaluate(named.value, frame)))
 
     _run_AsyncFunctionDef = _run_FunctionDef  # noqa: N815
-
-    def _run_ClassDef(self, node: ast.ClassDef, frame: Frame) -> set[str]:  # noqa: N802
-        bases = [self.evaluate(each, frame) for each in node.bases]
-        cls = Class(node, frame, [b for base in bases for b in options(base)])
-        inner = Frame(frame.module, {}, frame)
-        inner.cls = cls  # type: ignore[attr-defined]
-        with self.doing(Activity(self.activity.fact, self.activity.node)):
-            self.execute(node.body, inner)
-        cls.names = inner.names
-        self.assign_variable(node.name, self.decorated(cls, node, frame), frame)
-        return {FALLS}
 
     def _run_Global(self, node: ast.Global, frame: Frame) -> set[str]:  # noqa: N802
         frame.globals |= set(node.names)
@@ -195,6 +181,9 @@ class Statements(Decorating):
 
     def _run_Assert(self, node: ast.Assert, frame: Frame) -> set[str]:  # noqa: N802
         self.evaluate(node.test, frame)
+        if node.msg is not None:
+            with self.perhaps():
+                self.evaluate(node.msg, frame)
         return {FALLS}
 
     # ----------------------------------------------------------------------------------------------- branches
@@ -263,6 +252,8 @@ class Statements(Decorating):
         for handler in node.handlers:
             merge(frame, [before, *after], before)
             with self.perhaps(is_kept=True) as block:
+                if handler.type is not None:
+                    self.evaluate(handler.type, frame)
                 if handler.name:
                     self.assign_variable(handler.name, Open(handler.name), frame)
                 found = self.execute(handler.body, frame)
@@ -289,29 +280,16 @@ class Statements(Decorating):
             text = text_of_code(item.context_expr)
             if "suppress" in text:
                 activity.is_lost = True
-            self.library.enter(value, text, node, frame)
+            inner = self.library.enter(value, text, node, frame)
             entered.append(value)
-            inner = self._own_end(value, "__enter__", [], node, frame) or value
             if item.optional_vars is not None:
                 self.assign(item.optional_vars, inner, frame)
         try:
             return self.execute(node.body, frame)
         finally:
             for value in reversed(entered):
-                self._own_end(value, "__exit__", [Open("error")] * 3, node, frame)
                 self.library.leave(value, node, frame)
             del activity.holding[held:]
-
-    def _own_end(
-        self, value: Value, name: str, args: list[Value], node: ast.stmt, frame: Frame
-    ) -> Value | None:
-        """Call what a class of the program does at the begin or the end of a ``with``."""
-        if not isinstance(value, Object):
-            return None
-        method = self.look_up(value.cls, name)
-        return (
-            self.call(Bound(method, value), args, {}, node, frame) if isinstance(method, Function) else None
-        )
 
     _run_AsyncWith = _run_With  # noqa: N815
 
@@ -462,6 +440,13 @@ class Statements(Decorating):
             value = frame.names.get(name)
             if isinstance(value, Const) and value.value is not None:
                 frame.names[name] = Open(name)
+
+
+def _loaded(target: ast.expr) -> ast.expr:
+    """Return the expression that reads what a target names."""
+    load = copy.copy(target)
+    load.ctx = ast.Load()  # type: ignore[attr-defined]
+    return load
 
 
 def _assigned(body: list[ast.stmt]) -> frozenset[str]:

@@ -90,11 +90,20 @@ class Executors(Places):
         last = made.path.rpartition(".")[2]
         if last in ("Thread", "Timer", "Process") and name == "start":
             return self._start(value, made, node, frame)
-        if last == "ThreadPoolExecutor" and name == "submit" and args:
+        if (last == "ThreadPoolExecutor" and name == "submit" and args) or (
+            last in _POOLS and name == "apply_async" and args
+        ):
+            if last in _POOLS:
+                args = [args[0], *getattr(args[1] if len(args) > 1 else None, "items", [])]
             submitted = Made(SUBMITTED, args, {}, made.at)
             self._begin(submitted, args[0], args[1:], node, frame)
             self._submitted.setdefault(id(made), []).append(submitted)
             return submitted
+        if last in _POOLS and name in ("apply", "map", "starmap", "imap", "imap_unordered") and args:
+            given, _ = self.machine.turns(args[1]) if len(args) > 1 else ([], False)
+            first = given[:1] if name.endswith(("map", "map_unordered")) else given
+            self.machine.call(args[0], first or [Open("element")], {}, node, frame)
+            return Open(name)
         if last == "ThreadPoolExecutor" and name == "map" and args:
             turns, _ = self.machine.turns(args[1]) if len(args) > 1 else ([], False)
             self.machine.call(args[0], turns[:1] or [Open("element")], {}, node, frame)
@@ -103,10 +112,10 @@ class Executors(Places):
             if constant(Made(name, args, keys, made.at).argument(0, "wait")) is not False:
                 self.leave(made, node, frame)
             return NONE
-        if (last, name) in (("Thread", "join"), ("submit", "result")):
+        if (last, name) in (("Thread", "join"), ("Timer", "join"), ("submit", "result"), ("submit", "get")):
             self._wait_for(value, made, args, keys, node, frame)
             return Open(name)
-        if last in ("ThreadPoolExecutor", "Thread"):
+        if last in ("ThreadPoolExecutor", "Thread", "Timer"):
             return None
         if name == "run_until_complete":
             self.run_coroutine(made, node, frame, "blocks, without time-out")
@@ -162,6 +171,13 @@ class Executors(Places):
         if name in ("shutdown", "remove_node", "wake", "get_nodes"):
             return Open(name)
         return None
+
+    def run_apart(self, function: Value, args: list[Value], node: ast.AST, frame: Frame) -> Value:
+        """Run a function in a thread of a pool: the coroutine waits for its end, if it awaits it."""
+        if self.machine.awaited is node:
+            return self.machine.call(function, args, {}, node, frame)
+        self._thread(function, args, {}, node, frame)
+        return Open("future")
 
     def run_coroutine(self, made: Made, node: ast.AST, frame: Frame, how: str) -> None:
         """Change how a coroutine waits that a call of asyncio gets: ``asyncio.run(self.work())``."""
@@ -220,8 +236,8 @@ class Executors(Places):
         elif isinstance(value, Object):
             bound = self.machine.attribute(value, "run", "run", node, frame)
             self.machine.call(bound, [], {}, node, frame)
-        elif (target := made.argument(1, "target")) is not None:
-            given = getattr(made.argument(-1, "args"), "items", [])
+        elif (target := made.argument(1, "target", "function")) is not None:
+            given = getattr(made.argument(2 if made.path.endswith("Timer") else -1, "args"), "items", [])
             self.machine.call(target, list(given), {}, node, frame)
 
     def _start(self, value: Made | Object, made: Made, node: ast.AST, frame: Frame) -> Value:
@@ -282,5 +298,7 @@ class Executors(Places):
 
 TASK = "task"
 """Kind of the functions that an executor runs once, in no callback group."""
+_POOLS = ("ThreadPool", "Pool")
+"""Classes of ``multiprocessing``."""
 SUBMITTED = "concurrent.futures.submit"
 """Path of the future of a function that a thread of a pool runs."""
