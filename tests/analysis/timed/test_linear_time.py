@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 from random import Random
 
 import pytest
@@ -10,16 +13,22 @@ import pytest
 from dineros.analysis.logic.language.names import TableNames
 from dineros.analysis.logic.ltl.verification import verify_ltl
 from dineros.analysis.nets.compiled import CompiledNet, Transition
-from dineros.analysis.timed.linear_time import verify_timed_ltl
+from dineros.analysis.timed.linear_time import TIME_PASSES, verify_timed_ltl
 from dineros.analysis.timed.nets import Interval, TimedNet
 from tests.analysis.timed.time_nets import RandomNet, lively_net
+from tests.support.references.regions import TimedTransition
+
+TICK = TimedTransition("tick", {}, {}, {}, {}, 1, 1)
+"""Fires once in each unit of time."""
 
 
 def region_net(net: RandomNet) -> tuple[CompiledNet, TableNames]:
     """Return the regions as a net with one token, and names by which formulas speak of the time net.
 
-    A run may stay where nothing has a latest bound any more: by a transition that changes nothing.
+    The time net gets a transition that fires in each unit of time: a run takes infinite time if it fires
+    infinitely often.
     """
+    net = replace(net, transitions=[*net.transitions, TICK])
     graph = net.regions()
     number = {state: index for index, state in enumerate(graph.fires)}
     transitions: list[Transition] = []
@@ -34,8 +43,6 @@ def region_net(net: RandomNet) -> tuple[CompiledNet, TableNames]:
             move(index, number[after])
         if state in graph.waits:
             move(index, number[graph.waits[state]])
-        elif all(net.transitions[t].latest is None for t, _, _ in state[1]):
-            move(index, index)
     places = {f"r{index}": int(index == number[graph.start]) for index in number.values()}
     tokens = {
         f"p{place}": [index for state, index in number.items() for _ in range(state[0][place])]
@@ -58,13 +65,30 @@ FORMULAS = (
 """Without next: the regions also have steps in which time passes."""
 
 
+def hasty_net(random: Random, has_priorities: bool) -> RandomNet:
+    """Return a net in which most transitions may fire at once, so that many firings may take no time."""
+    while True:
+        net = lively_net(random, has_priorities, most=150)
+        made = [replace(one, earliest=0, is_open_below=False) for one in net.transitions]
+        net = replace(net, transitions=made)
+        try:
+            net.regions(400)
+        except OverflowError:
+            continue
+        return net
+
+
+@pytest.mark.parametrize("make", [partial(lively_net, most=150), hasty_net])
 @pytest.mark.parametrize("seed", range(20))
-def test_formulas_on_random_nets(seed: int) -> None:
-    net = lively_net(Random(seed), has_priorities=seed % 4 == 0, most=150)
+def test_formulas_on_random_nets(seed: int, make: Callable[[Random, bool], RandomNet]) -> None:
+    net = make(Random(seed), seed % 4 == 0)
     regions, names = region_net(net)
     timed = net.net
+    higher = {high for high, _ in net.pairs}
+    stopping = [t.name for n, t in enumerate(net.transitions) if t.latest == 0 or n in higher]
+    stops = " | ".join(f"fired({t})" for t in stopping) or "false"
     for formula in FORMULAS:
-        expected = verify_ltl(regions, formula, names).status
+        expected = verify_ltl(regions, f"(G F fired(tick) | F G ({stops})) -> ({formula})", names).status
         assert verify_timed_ltl(timed, formula).status == expected, formula
 
 
@@ -104,3 +128,49 @@ def test_time_decides() -> None:
     assert verify_timed_ltl(net, "G (b == 0)").status == "holds"
     answer = verify_timed_ltl(net, "G (a == 0)")
     assert (answer.status, answer.trace, answer.loop) == ("violated", (0,), ())
+
+
+def toggled(latest: Fraction | None) -> TimedNet:
+    """Return a net in which a signal changes at any time, and what was begun has to end by a moment."""
+    steps = [
+        Transition("set", {"off": 1}, {"on": 1}),
+        Transition("reset", {"on": 1}, {"off": 1}),
+        Transition("begin", {"idle": 1}, {"busy": 1}),
+        Transition("end", {"busy": 1}, {"idle": 1}),
+    ]
+    places = {"off": 1, "on": 0, "idle": 1, "busy": 0}
+    return TimedNet.build(places, steps, {"end": Interval(Fraction(0), latest)})
+
+
+@pytest.mark.parametrize(("latest", "expected"), [(Fraction(5), "holds"), (None, "violated")])
+def test_endless_changes_of_a_signal_in_no_time_are_no_run(latest: Fraction | None, expected: str) -> None:
+    answer = verify_timed_ltl(toggled(latest), "G (fired(begin) -> F fired(end))")
+    assert answer.status == expected
+    assert answer.reason == (TIME_PASSES if expected == "holds" else "")
+    assert verify_timed_ltl(toggled(latest), "F G (busy == 0)").status == "violated"
+
+
+@pytest.mark.parametrize("interval", [Interval(), Interval(Fraction(0), Fraction(1))])
+def test_a_run_that_may_take_time_takes_time(interval: Interval) -> None:
+    """The loop has no earliest bound; the violation needs infinite time, and takes it."""
+    steps = [Transition("there", {"a": 1}, {"b": 1}), Transition("back", {"b": 1}, {"a": 1})]
+    net = TimedNet.build(
+        {"a": 1, "b": 0}, steps, {"there": interval, "back": Interval(Fraction(0), Fraction(1))}
+    )
+    assert verify_timed_ltl(net, "F G (a == 1)").status == "violated"
+    expected = "violated" if interval.latest is None else "holds"
+    assert verify_timed_ltl(net, "G F (b == 1)").status == expected
+
+
+def test_a_model_that_stops_time_violates_what_it_keeps_from_happening() -> None:
+    steps = [
+        Transition("there", {"a": 1}, {"b": 1}),
+        Transition("back", {"b": 1}, {"a": 1}),
+        Transition("strike", {"clock": 1}, {"struck": 1}),
+    ]
+    now, later = Interval(Fraction(0), Fraction(0)), Interval(Fraction(1), Fraction(1))
+    net = TimedNet.build(
+        {"a": 1, "b": 0, "clock": 1, "struck": 0}, steps, {"there": now, "back": now, "strike": later}
+    )
+    answer = verify_timed_ltl(net, "F (struck == 1)")
+    assert (answer.status, set(answer.loop)) == ("violated", {0, 1})
