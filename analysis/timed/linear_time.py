@@ -3,10 +3,11 @@
 Runs are those of the state class graph: infinite firing sequences that some schedule has, and runs that stay
 in a marking forever, because nothing has to fire there; such a run never fires again.
 
-Time passes without end in a run. Infinitely many firings in finite time (a Zeno run), such as endless
-changes of a signal while something else has to fire, are no run of a real system. One kind of them counts:
-runs that fire only transitions with the interval ``[0,0]`` from some moment on. There the model itself stops
-time. With priorities, transitions with priority over others belong to this kind, too.
+Of a plain net, each such sequence is a run. Of a system model, time passes without end in a run: see
+`TimedNet.time_passes`. Infinitely many firings in finite time (a Zeno run), such as endless changes of a
+signal while something else has to fire, are no run of a real system. One kind of them counts: runs that fire
+only transitions with the interval ``[0,0]`` from some moment on. There the model itself stops time. With
+priorities, transitions with priority over others belong to this kind, too.
 
 Each beginning of a run continues as a run that counts, so no formula holds for want of runs: fire only what
 must fire at that moment, and what has priority over it. If that run is not of the kind that stops time,
@@ -116,7 +117,10 @@ def verify_timed_ltl(
         budget.stage("the product with the automaton")
         product = ClassProduct(graph, automaton, atoms, budget)
         run = product.accepted([passing(graph)]) or product.accepted(allowed=stopping(graph))
-        if run is None and product.accepted() is not None:
+        zeno = product.accepted() if run is None else None
+        if not net.time_passes:
+            run = run or zeno
+        elif zeno is not None:
             reason = TIME_PASSES
             if all_take_finite_time(graph, *product.accepting_parts()):
                 return Outcome("holds", states=classes, seconds=budget.spent, by=BY, reason=reason)

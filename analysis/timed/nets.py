@@ -104,6 +104,8 @@ class TimedNet:
         By transition.
     above : tuple of tuples of int
         By transition: those with priority over it.
+    time_passes : bool
+        Whether infinitely many firings in finite time are no run, as of a system in the real world.
     """
 
     untimed: CompiledNet
@@ -111,6 +113,7 @@ class TimedNet:
     put: ArcTable
     intervals: tuple[Interval, ...]
     above: tuple[tuple[int, ...], ...] = field(default=())
+    time_passes: bool = False
 
     @classmethod
     def build(

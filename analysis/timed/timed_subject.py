@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from dineros.analysis.model.subject import FiringTime, Subject, flattened_without_signals
@@ -77,7 +77,7 @@ def unforced_subject(subject: TimedSubject) -> ScheduledSubject | None:
     model, timed, flattened, blocked = subject.model, subject.timed, subject.flattened, subject.blocked
     if isinstance(model, sym.SystemModel) and signals_matter(model):
         flattened, blocked = flattened_without_signals(model, times=says_times(model))
-        timed = compile_timed_net(flattened.net)
+        timed = replace(compile_timed_net(flattened.net), time_passes=True)
         if not timed.is_unforced:
             return None
     return ScheduledSubject(model, timed.untimed, flattened, blocked, timed=timed)
@@ -105,6 +105,7 @@ def timed_subject_of(
         flattened = flatten(model, signals, overflow, times=says_times(model))
     timed = compile_timed_net(bounded(model) if flattened is None else flattened.net)
     if flattened is not None:
+        timed = replace(timed, time_passes=True)
         require_one_clock(timed, flattened)
     return TimedSubject(model, timed.untimed, flattened, timed=timed)
 
@@ -133,7 +134,7 @@ def timed_base_subject(model: pn.Net, overflow: OverflowVariant = "weighted") ->
         if has_times:
             _require_unguarded_beginnings(model)
         raise
-    timed = compile_timed_net(flattened.net)
+    timed = replace(compile_timed_net(flattened.net), time_passes=True)
     require_one_clock(timed, flattened)
     return TimedSubject(model, timed.untimed, flattened, blocked, timed=timed)
 

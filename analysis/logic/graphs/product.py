@@ -72,7 +72,7 @@ class Product:
         self.weak, self.strong = tuple(weak), tuple(strong)
         try:
             #: Of the net alone.
-            self.cells = stored.cells if stored else cells or net.once(layout)
+            self.cells: Layout = stored.cells if stored else cells or net.once(layout)
         except OverflowError as error:
             raise BudgetExceededError(f"tokens: {error}") from None
         self._build_tables()
@@ -92,7 +92,7 @@ class Product:
             np.zeros(self.room, dtype=np.int64),
         )
         if stored is not None:
-            self.store = stored.store
+            self.store: Store = stored.store
             return
         capacity = max(1 << 12, 2 * self.room)
         self.store = Store(

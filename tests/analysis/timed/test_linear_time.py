@@ -83,13 +83,14 @@ def hasty_net(random: Random, has_priorities: bool) -> RandomNet:
 def test_formulas_on_random_nets(seed: int, make: Callable[[Random, bool], RandomNet]) -> None:
     net = make(Random(seed), seed % 4 == 0)
     regions, names = region_net(net)
-    timed = net.net
+    plain, timed = net.net, replace(net.net, time_passes=True)
     higher = {high for high, _ in net.pairs}
     stopping = [t.name for n, t in enumerate(net.transitions) if t.latest == 0 or n in higher]
     stops = " | ".join(f"fired({t})" for t in stopping) or "false"
     for formula in FORMULAS:
         expected = verify_ltl(regions, f"(G F fired(tick) | F G ({stops})) -> ({formula})", names).status
         assert verify_timed_ltl(timed, formula).status == expected, formula
+        assert verify_timed_ltl(plain, formula).status == verify_ltl(regions, formula, names).status, formula
 
 
 def test_a_run_may_wait_for_ever_where_nothing_has_to_fire() -> None:
@@ -139,7 +140,8 @@ def toggled(latest: Fraction | None) -> TimedNet:
         Transition("end", {"busy": 1}, {"idle": 1}),
     ]
     places = {"off": 1, "on": 0, "idle": 1, "busy": 0}
-    return TimedNet.build(places, steps, {"end": Interval(Fraction(0), latest)})
+    net = TimedNet.build(places, steps, {"end": Interval(Fraction(0), latest)})
+    return replace(net, time_passes=True)
 
 
 @pytest.mark.parametrize(("latest", "expected"), [(Fraction(5), "holds"), (None, "violated")])
@@ -147,6 +149,8 @@ def test_endless_changes_of_a_signal_in_no_time_are_no_run(latest: Fraction | No
     answer = verify_timed_ltl(toggled(latest), "G (fired(begin) -> F fired(end))")
     assert answer.status == expected
     assert answer.reason == (TIME_PASSES if expected == "holds" else "")
+    plain = replace(toggled(latest), time_passes=False)
+    assert verify_timed_ltl(plain, "G (fired(begin) -> F fired(end))").status == "violated"
     assert verify_timed_ltl(toggled(latest), "F G (busy == 0)").status == "violated"
 
 
@@ -157,6 +161,7 @@ def test_a_run_that_may_take_time_takes_time(interval: Interval) -> None:
     net = TimedNet.build(
         {"a": 1, "b": 0}, steps, {"there": interval, "back": Interval(Fraction(0), Fraction(1))}
     )
+    net = replace(net, time_passes=True)
     assert verify_timed_ltl(net, "F G (a == 1)").status == "violated"
     expected = "violated" if interval.latest is None else "holds"
     assert verify_timed_ltl(net, "G F (b == 1)").status == expected
@@ -172,5 +177,5 @@ def test_a_model_that_stops_time_violates_what_it_keeps_from_happening() -> None
     net = TimedNet.build(
         {"a": 1, "b": 0, "clock": 1, "struck": 0}, steps, {"there": now, "back": now, "strike": later}
     )
-    answer = verify_timed_ltl(net, "F (struck == 1)")
+    answer = verify_timed_ltl(replace(net, time_passes=True), "F (struck == 1)")
     assert (answer.status, set(answer.loop)) == ("violated", {0, 1})
