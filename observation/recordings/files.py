@@ -57,7 +57,7 @@ class StoredFile:
     """
 
     def __init__(self, descriptor: int, path: Path) -> None:
-        self._descriptor, self.path = descriptor, path
+        self.descriptor, self.path = descriptor, path
         self.size = os.fstat(descriptor).st_size
 
     def __str__(self) -> str:
@@ -65,15 +65,11 @@ class StoredFile:
 
     def close(self) -> None:
         """Close it."""
-        os.close(self._descriptor)
+        os.close(self.descriptor)
 
     def open(self, *_: Any, **__: Any) -> BinaryIO:
         """Return a stream of its content."""
-        return _Stream(_Positional(self._descriptor, self.size))
-
-    def part(self, offset: int, size: int) -> bytes:
-        """Return bytes of its content; fewer than `size` at its end."""
-        return os.pread(self._descriptor, size, offset)
+        return _Stream(_Positional(self.descriptor, self.size))
 
     # the rest of the protocol
 
@@ -92,7 +88,7 @@ class StoredFile:
 
     def stat(self, *, follow_symlinks: bool = True) -> os.stat_result:
         """Return its status."""
-        return os.fstat(self._descriptor)
+        return os.fstat(self.descriptor)
 
     def __truediv__(self, _: object) -> StoredFile:
         return self

@@ -179,7 +179,7 @@ class Recording:
             self._check_count(name, self._told[name].messages, found[name])
 
     def _merged(self, found: dict[str, int]) -> Iterator[RecordedMessage]:
-        """Yield messages of all files: one file after the other, or side by side if their times overlap.
+        """Return the messages of all files: one file after the other, or side by side if their times overlap.
 
         Parameters
         ----------
@@ -189,26 +189,32 @@ class Recording:
         streams = [self._of_storage(path, storage, found) for path, storage in self._storages]
         times = [storage.metadata for _, storage in self._storages]
         if all(one.end_time <= other.start_time + 1 for one, other in itertools.pairwise(times)):
-            for stream in streams:
-                yield from stream
-        else:
-            yield from heapq.merge(*streams, key=lambda message: message.time)
+            return itertools.chain.from_iterable(streams)
+        return heapq.merge(*streams, key=lambda message: message.time)
 
     def _of_storage(self, path: Path, storage: Storage, found: dict[str, int]) -> Iterator[RecordedMessage]:
         from dineros.observation.recordings.files import most_unpacked
-        from dineros.observation.recordings.storages import unpacked_messages
+        from dineros.observation.recordings.storages import Database, unpacked_messages
 
         connections = [each for each in storage.connections if each.topic in found]
         if not connections:
             return
-        messages: Iterator[Stored] = storage.messages(connections)
-        if self._metadata is not None and self._metadata.packed == "message":
-            messages = unpacked_messages(messages, most_unpacked(self._bytes), path)
+        new, is_packed = _new_tuple, self._metadata is not None and self._metadata.packed == "message"
         with self._guarded(path):
+            if isinstance(storage, Database) and not is_packed:
+                topics = {each.id: each.topic for each in connections}
+                for number, time, data in storage.rows(connections):
+                    topic = topics[number]
+                    found[topic] += 1
+                    yield new(RecordedMessage, (topic, int(time), data))
+                return
+            messages: Iterator[Stored] = storage.messages(connections)
+            if is_packed:
+                messages = unpacked_messages(messages, most_unpacked(self._bytes), path)
             for connection, time, data in messages:
                 topic = connection.topic
                 found[topic] += 1
-                yield _new_tuple(RecordedMessage, (topic, int(time), data))
+                yield new(RecordedMessage, (topic, int(time), data))
 
     def _open_files(self) -> None:
         if find_spec("rosbags") is None:

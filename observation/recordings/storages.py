@@ -6,6 +6,7 @@ be an endless view, and parses descriptions of any length. Here it is limited by
 
 from __future__ import annotations
 
+import os
 import struct
 from collections.abc import Collection, Generator, Iterator
 from contextlib import contextmanager
@@ -33,6 +34,8 @@ Stored = tuple["Connection", int, bytes]
 
 QUALITIES = 1 << 20
 """Limit of the characters of all different qualities of service in one file."""
+CACHED = 32 << 20
+"""Limit of the bytes of a database that are kept in memory, as the check and the queries read each page."""
 CHECKED_WHOLE = 1 << 30
 """Limit of the bytes of a completely checked database; in a larger one, pages used twice pass."""
 _TABLES = ("messages", "topics", "schema", "metadata", "message_definitions")
@@ -52,7 +55,7 @@ def opened(file: StoredFile, kind: str) -> Storage:
         It unpacks to more than allowed, or holds structures that recorders do not write. Errors of the
         library pass.
     """
-    storage: Storage = _Mcap(file) if kind == "mcap" else storage_sqlite3.Sqlite3Reader(file)
+    storage: Storage = _Mcap(file) if kind == "mcap" else Database(file)
     with _bounded_qualities(file), _guarded_databases(file):
         storage.open()
     return storage
@@ -106,6 +109,21 @@ class _Mcap(storage_mcap.McapReader):
                 at = stream.seek(min(at + _RECORD.size + length, self._file.size))
 
 
+class Database(storage_sqlite3.Sqlite3Reader):
+    """A database, whose messages are read without a look at the table of topics for each of them."""
+
+    def rows(self, connections: Collection[Connection]) -> Iterator[tuple[int, int, bytes]]:
+        """Return the number of the connection, the time and the data of each message, in order of times."""
+        assert self.dbconn is not None
+        numbers = {connection.id for connection in connections}
+        query = f"SELECT topic_id, timestamp, data FROM messages WHERE topic_id IN ({_marks(numbers)})"
+        return cast("Any", self.dbconn.execute(f"{query} ORDER BY timestamp", tuple(numbers)))
+
+
+def _marks(values: Collection[object]) -> str:
+    return ", ".join("?" * len(values))
+
+
 def _unpacked(data: bytes, kind: str, size: int) -> bytes:
     """Return the unpacked data; where there is more than expected, at most a MiB of it."""
     made = bytearray()
@@ -156,10 +174,11 @@ def _vfs_of_pages(file: StoredFile) -> apsw.VFS:
     of its index are read in turn.
     """
     vfs: Any = _library_vfs(file)
+    read, descriptor = os.pread, file.descriptor
 
     class Pages(vfs.VFSFile):  # type: ignore[misc]
         def xRead(self, amount: int, offset: int) -> bytes:  # noqa: N802
-            return file.part(offset, amount)
+            return read(descriptor, amount, offset)
 
     vfs.VFSFile = Pages
     return cast("apsw.VFS", vfs)
@@ -225,11 +244,12 @@ class _Guard:
         connection.config(apsw.SQLITE_DBCONFIG_DEFENSIVE, 1)
         # The content of a plain table is in the file.
         connection.limit(apsw.SQLITE_LIMIT_LENGTH, min(max(self._file.size, 1 << 16), 1_000_000_000))
+        connection.execute(f"PRAGMA cache_size = -{min(self._file.size, CACHED) // 1024 + 1024}")
         if self._is_checked:
             return
-        names = ", ".join("?" * len(_TABLES))
         found = connection.execute(
-            f"SELECT name, type, rootpage, sql FROM sqlite_schema WHERE lower(name) IN ({names})", _TABLES
+            f"SELECT name, type, rootpage, sql FROM sqlite_schema WHERE lower(name) IN ({_marks(_TABLES)})",
+            _TABLES,
         )
         for name, kind, page, made in found:
             if kind != "table" or not page or str(made).split()[:2] != ["CREATE", "TABLE"]:

@@ -211,6 +211,9 @@ class Engine:
     def would_take(self, transition: int) -> Tokens:
         """Return the tokens that a ready transition takes by default."""
         if not self._reserved and not self._aside:
+            pipe = self._pipes[transition]
+            if pipe is not None:
+                return [(pipe[0], [self._tokens[pipe[0]][0]])]
             return [
                 (place, list(islice(self._fulfilling(transition, place), weight)))
                 for place, weight in self.structure.inputs[transition]
@@ -274,6 +277,9 @@ class Engine:
             For each output place, as many tokens as its arc's weight. A token of a loop is put back
             unchanged, except for assigned fields.
         """
+        pipe = self._pipes[transition]
+        if pipe is not None and given is None:
+            return [(place, [self.new_token(data)]) for place in pipe[1]]
         own = dict(taken) if self.passing.loops[transition] else {}
         made: Tokens = []
         for place, weight in self.structure.outputs[transition]:
