@@ -48,7 +48,7 @@ SHORTEST_ROUND, SHORTEST_WORK = 3, 500_000
 WIDE_ROUNDS = {1: 100_000, 3: 2_000_000}
 #: Rounds before which the state space is tried in stages, if the levels fall into components that share some,
 #: and the work allowed: if they share few levels, and if they share more. Then, orders are often cheaper.
-STAGED_ROUNDS = {1: (MOST_WORK, 2_000_000), 4: (0, MOST_WORK)}
+STAGED_ROUNDS = {1: (MOST_WORK, 16_000_000), 4: (0, MOST_WORK)}
 #: Rounds before which the state space is sought among the solutions of the invariants, and what it may cost.
 SOLVED_ROUNDS = {
     1: Effort(4_000_000, 10_000),

@@ -18,8 +18,9 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
+from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -31,6 +32,7 @@ from dineros.analysis.symbolic.level_starts import first_start
 from dineros.analysis.symbolic.levels import Encoding, LocalEvent, changes
 from dineros.analysis.symbolic.relations import EventTables, Relations
 from dineros.analysis.symbolic.saturation import FIRST_CLOSED_KEY, Diagram, DiagramMemoryError
+from dineros.analysis.symbolic.stages.contraction import contracted
 from dineros.analysis.symbolic.stages.joining import (
     Joined,
     components,
@@ -55,6 +57,15 @@ MOST_CACHE = 1 << 22
 ADDED_STAGES = 2
 #: Stage from which on the growth is known.
 KNOWN_GROWTH = 3
+#: Orders after which trials end if one of these is expected to need at most this work for all stages.
+FIRST_ORDERS, EASY_WORK = 2, 1_000_000
+#: Orders that are tried with one stage more, at most; part of the expected work of all stages for that.
+MOST_KEPT, TRIALS_OF_STAGE = 4, 1 / 2
+#: Part of the work allowed for all stages that trials may take, and work by that of the best trial up to
+#: which a trial goes on.
+TRIAL_PART, WORTH_TRYING = 1 / 4, 3
+#: Bytes of a trial.
+TRIAL_MEMORY = 1 << 28
 
 
 def staged(
@@ -87,31 +98,80 @@ def staged(
     parts = joined(encoding, groups) if most_work and _serve(groups, encoding) else None
     if parts is None:
         return None, 0
-    tried: list[_StagedRun] = []
-    for order in _orders(parts):
-        tried.append(_StagedRun(parts, order, memory, most_work, progress, KNOWN_GROWTH if tried else 0))
-    begun = [run for run in tried if run.reaches(KNOWN_GROWTH)]
-    work = sum(run.work for run in tried)
-    tried.clear()  # their memory is free again
-    if not begun:
+    contraction = contracted(parts.encoding)
+    if contraction is not None:
+        parts = replace(parts, encoding=contraction.encoding)
+    stages = _Stages(parts)
+    order, work = _best_order(stages, memory, most_work, progress)
+    if order is None:
         return None, work
-    best = min(begun, key=lambda run: run.work)
-    begun.clear()
-    work -= best.work
-    done = best.reaches(best.stages)
-    return best.diagram if done else None, work + best.work
+    run = _StagedRun(stages, order, memory, progress, contraction.weights() if contraction else None)
+    if not run.reaches_end(most_work):
+        return None, work + run.work
+    work += run.work
+    if contraction is None:
+        return run.diagram, work
+    try:
+        return contraction.expanded(run.diagram), work
+    except DiagramMemoryError:
+        return None, work
+
+
+def _best_order(
+    parts: _Stages, memory: int, most_work: int, progress: ProgressCallback | None
+) -> tuple[list[int] | None, int]:
+    """Return the order whose first stages cost the least, None if all cost too much, and the work of trials.
+
+    What the first stages cost predicts the order of what all stages cost, the better the more there are.
+    """
+    orders, work, memory = _orders(parts.parts), 0, min(memory, TRIAL_MEMORY)
+    for stages in range(KNOWN_GROWTH, len(parts.parts.components)):
+        limit = min(FIRST_WORK << (stages - KNOWN_GROWTH), most_work)
+        trials: list[tuple[_Expected, int]] = []
+        for number, order in enumerate(orders):
+            if work > most_work * TRIAL_PART:
+                break
+            if number == FIRST_ORDERS and trials and min(trials)[0].at_end < EASY_WORK:
+                break
+            run = _StagedRun(parts, order, memory, progress)
+            expected = run.tried(stages, limit)
+            if expected is not None:
+                trials.append((expected, number))
+                limit = min(limit, run.work * WORTH_TRYING)
+            work += run.work
+        trials.sort()
+        if trials:
+            best = trials[0][0]
+            kept = min(MOST_KEPT, int(best.at_end * TRIALS_OF_STAGE / best.next_stage))
+            if best.at_end < EASY_WORK:
+                kept = 1
+            orders = [orders[number] for _, number in trials[: max(1, kept)]]
+        elif stages == KNOWN_GROWTH:
+            return None, work
+        if len(orders) == 1 or not trials:
+            break
+    return orders[0], work
 
 
 def _orders(parts: Joined) -> list[list[int]]:
-    """Return orders to begin with, bottom first: components, and above them the others in both directions.
+    """Return orders to begin with, bottom first: components, with others above and below them.
 
     Where processes pass shared variables one after the other, those that they pass first should be near them.
+    Whether the last ones should be above or below them is not known before.
     """
     start = first_start(parts.encoding, EventTables.of(parts.encoding))
     inside = set(parts.components)
     lower = [level for level in start if level in inside]
     upper = [level for level in start if level not in inside]
-    return [lower + upper, lower + upper[::-1]][: max(1, len(upper))]
+    size = len(upper)
+    parted = sorted({0, size // 2, (size + 1) // 2, max(size - 1, 0), size})
+    found = (
+        [*others[:below], *middle, *others[below:]]
+        for below in parted
+        for middle in (lower, lower[::-1])
+        for others in (upper, upper[::-1])
+    )
+    return list(map(list, dict.fromkeys(map(tuple, found))))
 
 
 def _serve(groups: list[tuple[int, ...]], encoding: Encoding) -> bool:
@@ -120,20 +180,42 @@ def _serve(groups: list[tuple[int, ...]], encoding: Encoding) -> bool:
     return FEWEST <= several <= MOST and len(groups) <= SOME_LEFT * len(encoding.levels)
 
 
-def _events_of_stages(parts: Joined, order: list[int]) -> list[list[LocalEvent]]:
-    """Return the events of each stage: those that change its component, and none of a later stage.
+@dataclass(order=True, frozen=True)
+class _Expected:
+    """Expected work of all stages, and of all up to the next one."""
 
-    An event that changes no component belongs to the last that it touches.
+    at_end: float
+    next_stage: float
+
+
+class _Stages:
+    """Joined levels, and the events of each stage, by the order of the components.
+
+    The events of a stage change its component, and none of a later stage. An event that changes no component
+    belongs to the last that it touches.
     """
-    stage_of = {level: number for number, level in enumerate(order[: len(parts.components)])}
-    stages: defaultdict[int, list[LocalEvent]] = defaultdict(list)
-    for event in parts.encoding.events:
-        moved = {stage_of[k] for k, table in event.tables.items() if k in stage_of and changes(table)}
-        if not moved and not event.is_change:
-            continue
-        moved = moved or {stage_of[k] for k in event.tables if k in stage_of}
-        stages[max(moved, default=0)].append(event)
-    return [stages[number] for number in sorted(stages)]
+
+    def __init__(self, parts: Joined) -> None:
+        self.parts = parts
+        self._made: dict[tuple[int, ...], list[EventTables]] = {}
+
+    def events(self, order: Sequence[int]) -> list[EventTables]:
+        """Return the events of each stage for an order of the levels, bottom first."""
+        inside, encoding = set(self.parts.components), self.parts.encoding
+        ordered = tuple(k for k in order if k in inside)
+        if ordered in self._made:
+            return self._made[ordered]
+        stage_of = {level: number for number, level in enumerate(ordered)}
+        stages: defaultdict[int, list[LocalEvent]] = defaultdict(list)
+        for event in encoding.events:
+            moved = {stage_of[k] for k, table in event.tables.items() if k in stage_of and changes(table)}
+            if not moved and not event.is_change:
+                continue
+            moved = moved or {stage_of[k] for k in event.tables if k in stage_of}
+            stages[max(moved, default=0)].append(event)
+        made = [EventTables.of(replace(encoding, events=tuple(stages[number]))) for number in sorted(stages)]
+        self._made[ordered] = made
+        return made
 
 
 def _log_at_end(work: int, growth: float, earlier: float, stage: int, stages: int) -> float:
@@ -152,33 +234,27 @@ class _StagedRun:
 
     Parameters
     ----------
-    parts, order
+    stages, order
         Joined levels and their order, bottom first.
-    most_work
-        Work that all stages may need, in cache misses.
-    told
-        Number of stages whose markings were reported before.
+    weights
+        By level and local state: how many local states it stands for; one each by default.
     """
 
     def __init__(
         self,
-        parts: Joined,
+        stages: _Stages,
         order: list[int],
         memory: int,
-        most_work: int,
         progress: ProgressCallback | None,
-        told: int,
+        weights: list[list[int]] | None = None,
     ) -> None:
-        self.diagram = diagram = Diagram(parts.encoding, order, memory, most_cache=MOST_CACHE)
-        self._most_work, self._progress, self._told = most_work, progress, told
-        self._relations: list[Relations] = []
-        for events in _events_of_stages(parts, order):
-            tables = EventTables.of(replace(diagram.encoding, events=tuple(events)))
-            self._relations.append(Relations.under(tables, diagram.position))
+        encoding = stages.parts.encoding
+        self.diagram = diagram = Diagram(encoding, order, memory, most_cache=MOST_CACHE)
+        self._progress, self._weights = progress, weights
+        self._relations = [Relations.under(tables, diagram.position) for tables in stages.events(order)]
         self._left = 0
         self._room = FIRST_GARBAGE
         self._states = 0  # the set so far; 0: not made yet
-        self._closed_stages, self._before, self._growth = 0, 0, math.inf
 
     @property
     def stages(self) -> int:
@@ -190,18 +266,49 @@ class _StagedRun:
         """Work so far, in cache misses."""
         return self.diagram.effort
 
-    def reaches(self, stages: int) -> bool:
-        """Run up to a number of stages; False if they cost too much. The last one completes the diagram."""
+    def tried(self, stages: int, limit: int) -> _Expected | None:
+        """Run up to a number of stages, and return what is expected then.
+
+        The result is None if they cost more than a limit. Nothing is reported.
+        """
+        self._left, before = limit, 1
+        stages = min(stages, self.stages)
         try:
-            self._states = self._states or self._initial()
-            while self._closed_stages < min(stages, self.stages):
-                if not self._passes(self._closed_stages):
+            for stage in range(stages):
+                before = max(1, self.work)
+                if not self._closes(stage):
+                    return None
+        except DiagramMemoryError:
+            return None
+        growth = max(1, self.work) / before
+        return _Expected(self.work * growth ** (self.stages - stages), self.work * growth)
+
+    def reaches_end(self, most_work: int) -> bool:
+        """Run all stages; False if they cost too much, also if that is only expected by their growth."""
+        before, growth = 0, math.inf
+        try:
+            for stage in range(self.stages):
+                self._left = most_work if stage >= KNOWN_GROWTH else min(FIRST_WORK, most_work)
+                if not self._closes(stage):
                     return False
-                self._closed_stages += 1
+                self._report()
+                if before:
+                    growth, earlier = self.work / before, growth
+                    at_end = _log_at_end(self.work, growth, earlier, stage + 1, self.stages)
+                    if stage + 1 >= KNOWN_GROWTH and at_end > math.log(most_work):
+                        return False
+                before = self.work
         except DiagramMemoryError:
             return False
-        if self._closed_stages == self.stages:
-            self.diagram.finish(self._states)
+        self.diagram.finish(self._states)
+        return True
+
+    def _closes(self, last: int) -> bool:
+        """Close the set under one more stage; False if that costs too much."""
+        found = self._closed_under(self._states or self._initial(), last)
+        if found is None:
+            return False
+        self._states = found
         return True
 
     def _initial(self) -> int:
@@ -213,28 +320,12 @@ class _StagedRun:
             states = diagram.node(level, children)
         return states
 
-    def _passes(self, last: int) -> bool:
-        """Run one stage; False if it, or all stages by their growth, cost too much."""
-        self._left = self._most_work if last >= KNOWN_GROWTH else min(FIRST_WORK, self._most_work)
-        found = self._closed_under(self._states, last)
-        if found is None:
-            return False
-        self._states, work = found, self.work
-        if last >= self._told:
-            self._report(found)
-        if self._before:
-            self._growth, earlier = work / self._before, self._growth
-            at_end = _log_at_end(work, self._growth, earlier, last + 1, self.stages)
-            if last + 1 >= KNOWN_GROWTH and at_end > math.log(self._most_work):
-                return False
-        self._before = work
-        return True
-
-    def _report(self, states: int) -> None:
+    def _report(self) -> None:
         """Report how many markings there are at least."""
         if self._progress is not None:
             with suppress(DiagramMemoryError):
-                found = DiagramCounts(self.diagram, states).vectors()
+                counts = DiagramCounts(self.diagram, self._states)
+                found = counts.vectors() if self._weights is None else counts.weighted(self._weights)
                 self._progress(replace(self.diagram.progress, at_least=found))
 
     def _closed_under(self, states: int, last: int) -> int | None:

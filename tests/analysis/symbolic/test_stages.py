@@ -210,7 +210,7 @@ def test_stages_reach_what_the_explicit_engine_reaches(processes: int) -> None:
     net = claims(processes)
     diagram, work = staged(encode(net), MEMORY)
     assert diagram is not None
-    assert work == diagram.effort > 0
+    assert work >= diagram.effort > 0
     assert DiagramCounts(diagram).vectors() == explore(net).markings
 
 
