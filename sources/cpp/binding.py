@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from dineros.sources.cpp.following.calls import Call
-from dineros.sources.cpp.values import Lambda, Made, Method, Obj, Open, Value
+from dineros.sources.cpp.values import Lambda, Made, Method, Obj, Open, Value, one_of, options
 
 
 def copied(value: Value, call: Call) -> Value:
@@ -20,6 +20,11 @@ def copied(value: Value, call: Call) -> Value:
 def bound(args: list[Value]) -> Value:
     """Return the result of ``std::bind`` or ``std::thread`` for a callable and its arguments."""
     target, rest = args[0], args[1:]
+    several = options(target)
+    if len(several) > 1:
+        return one_of([bound([each, *rest]) for each in several])
+    if rest and isinstance(target, Method) and len(options(rest[0])) > 1:
+        return one_of([bound([target, each, *rest[1:]]) for each in options(rest[0])])
     if isinstance(target, Lambda):
         return target
     if isinstance(target, Method):

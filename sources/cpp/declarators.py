@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -21,6 +22,11 @@ class Parameter:
     default: Node | None
     is_out: bool = False
     """Whether it is a reference by which a function gives a value to its caller."""
+    is_pack: bool = False
+    """Whether it stands for any number of arguments."""
+
+
+_PACK = "variadic_parameter_declaration"
 
 
 def used(node: Node) -> Node | None:
@@ -36,8 +42,10 @@ def name_of(node: Node | None) -> str:
     """Return the name that a declarator declares."""
     while node is not None:
         inner = node.child_by_field_name("declarator")
-        if inner is None and node.type in ("reference_declarator", "init_declarator"):
+        if inner is None and node.type in ("reference_declarator", "init_declarator", "variadic_declarator"):
             inner = next((each for each in node.named_children), None)
+        if inner is None and node.type == "parenthesized_declarator":  # of a pointer to a function
+            inner = node.named_children[-1] if node.named_children else None
         if inner is None:
             return path_of(node)
         node = inner
@@ -65,9 +73,10 @@ def parameters_of(node: Node) -> list[Parameter]:
             each.child_by_field_name("type"),
             each.child_by_field_name("default_value"),
             _is_out(each),
+            each.type == _PACK,
         )
         for each in _of(node.child_by_field_name("parameters"))
-        if each.type in ("parameter_declaration", "optional_parameter_declaration")
+        if each.type in ("parameter_declaration", "optional_parameter_declaration", _PACK)
     ]
 
 
@@ -116,3 +125,18 @@ def _is_out(node: Node) -> bool:
 
 def _of(node: Node | None) -> Iterator[Node]:
     return iter([] if node is None else node.named_children)
+
+
+def is_lost(made: Node) -> bool:
+    """Return whether an object is destroyed at once or at the end of its block, and never moved elsewhere."""
+    around, block = made.parent, made.parent
+    if around is not None and around.type == "expression_statement":
+        return True
+    declarator = made if made.type == "init_declarator" else around
+    if declarator is None or declarator.type != "init_declarator":
+        return made.type == "function_declarator"
+    while block is not None and block.type != "compound_statement":
+        block = block.parent
+    name = re.escape(name_of(declarator.child_by_field_name("declarator")))
+    rest = text_of(block).replace(text_of(declarator), "")
+    return not re.search(rf"move\(\s*{name}\s*\)|return\s+{name}\s*;|\b{name}\.(?:detach|share)\(", rest)

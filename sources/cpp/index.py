@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, TypeVar
 
 from dineros.sources.cpp.declarators import Parameter, function_of, name_of, parameters_of, used
-from dineros.sources.cpp.parsing import Source, path_of, text_of
+from dineros.sources.cpp.parsing import Source, nodes_in, path_of, text_of
 from dineros.sources.cpp.tables.enumerators import enumerators_of, value_of
 from dineros.sources.cpp.tables.headers import Headers
 from dineros.sources.cpp.tables.names import Named, without_branches
@@ -71,6 +71,7 @@ class ClassInfo:
 
 _Found = TypeVar("_Found", ClassInfo, Routine, Named)
 _COMPONENT = re.compile(rb"\b(?:RCLCPP_COMPONENTS_REGISTER_NODE|CLASS_LOADER_REGISTER_CLASS)\s*\(\s*([\w:]+)")
+_CLASS = re.compile(rb"\b(?:struct|class)\s+\w+[^;(){}]*\{")
 _MOST_HEADERS = 60
 """Limit of the headers that are searched for one name."""
 _AROUND = {
@@ -301,6 +302,11 @@ class Index:
             self._enumeration(node, path, cls.full if cls is not None else space)
         elif kind == "function_definition":
             self._function(node, path, space, cls, templates)
+            self._local_classes(node, path, cls.full if cls is not None else space)
+        elif kind == "friend_declaration":
+            for child in node.named_children:
+                if child.type == "function_definition":
+                    self._function(child, path, cls.space if cls is not None else space, None, templates)
         elif kind in ("alias_declaration", "type_definition"):
             self._enumeration(node.child_by_field_name("type"), path, cls.full if cls is not None else space)
             self._alias(node, path, cls.full if cls else space)
@@ -343,6 +349,7 @@ class Index:
     ) -> None:
         declarator = function_of(node.child_by_field_name("declarator"))
         if declarator is None:
+            self._conversion(node, path, space, cls)
             return
         parts = path_of(declarator.child_by_field_name("declarator")).split("::")
         routine = Routine(parts[-1], node, path, space, cls, parameters_of(declarator), templates)
@@ -352,6 +359,31 @@ class Index:
             self._loose.append((parts[:-1], routine))
         else:
             self.functions.setdefault(routine.name, []).append(routine)
+
+    def _conversion(self, node: Node, path: str, space: str, cls: ClassInfo | None) -> None:
+        """Add an operator that converts an object to another type, such as ``operator bool``."""
+        declarator = node.child_by_field_name("declarator")
+        scope: list[str] = []
+        while declarator is not None and declarator.type == "qualified_identifier":
+            scope.append(path_of(declarator.child_by_field_name("scope")))
+            declarator = declarator.child_by_field_name("name")
+        if declarator is None or declarator.type != "operator_cast":
+            return
+        name = f"operator {path_of(declarator.child_by_field_name('type'))}"
+        routine = Routine(name, node, path, space, cls)
+        if cls is not None:
+            cls.methods.setdefault(name, []).append(routine)
+        else:
+            self._loose.append((scope, routine))
+
+    def _local_classes(self, node: Node, path: str, space: str) -> None:
+        """Add the classes that a function defines."""
+        body = node.child_by_field_name("body")
+        if body is None or _CLASS.search(body.text or b"") is None:
+            return
+        for each in nodes_in(body):
+            if each.type in ("class_specifier", "struct_specifier"):
+                self._class(each, path, space, [])
 
     def _enumeration(self, node: Node | None, path: str, space: str) -> None:
         if node is not None and node.type == "enum_specifier":

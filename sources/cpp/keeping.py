@@ -14,8 +14,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from dineros.sources.cpp.following.reached import Reached
 from dineros.sources.cpp.index import Asked, Index
+from dineros.sources.cpp.reaching.reached import Reached
 from dineros.sources.facts import NodeFact
 from dineros.sources.keeping.graphs import from_plain, to_plain
 from dineros.sources.keeping.store import NOT_READABLE, Store, digest_of, reader_digest

@@ -51,6 +51,7 @@ MAKES = {
     "create_timer": "timers",
     "create_service": "services",
     "create_client": "clients",
+    "create_generic_client": "clients",
     "create_callback_group": "groups",
     "create_server": "action_servers",
 }

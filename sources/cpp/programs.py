@@ -12,9 +12,6 @@ from dineros.sources.branches import fields_of_effects
 from dineros.sources.cmake import Component
 from dineros.sources.cpp.calling.doing import Ros
 from dineros.sources.cpp.following.machine import MOST_STEPS, TooLong
-from dineros.sources.cpp.following.overriding import overridden
-from dineros.sources.cpp.following.reach import Reach
-from dineros.sources.cpp.following.reached import Reached
 from dineros.sources.cpp.following.statements import Statements
 from dineros.sources.cpp.index import Asked, ClassInfo, Index, Routine
 from dineros.sources.cpp.interpreting.deferring import find_unanswered, is_deferred
@@ -24,7 +21,12 @@ from dineros.sources.cpp.keeping import Followed, Keeper
 from dineros.sources.cpp.left_out import calls_of
 from dineros.sources.cpp.macros.directives import without_dead
 from dineros.sources.cpp.macros.expanding import Macros
+from dineros.sources.cpp.macros.member_pointers import with_bound_members
 from dineros.sources.cpp.parsing import Source, errors_of, parse
+from dineros.sources.cpp.reaching.reach import Reach
+from dineros.sources.cpp.reaching.reached import Reached
+from dineros.sources.cpp.remaining.overriding import overridden
+from dineros.sources.cpp.remaining.unfollowed import unfollowed
 from dineros.sources.cpp.replaced import join_replaced
 from dineros.sources.cpp.tables.parameter_libraries import read_parameter_libraries
 from dineros.sources.cpp.tables.plugins import read_plugins
@@ -293,6 +295,8 @@ class CppPrograms:
             words = f"{counted(count, 'routine')} that did nothing three times"
             again = "is not followed again" if count == 1 else "are not followed again"
             unread.append(f"{path}: the program {program} is long: {words} {again}, so ports may be missing")
+        if not is_cut and not count:
+            unread += unfollowed(machine)
         unread += machine.unread
         _share(machine)
         join_replaced(machine)
@@ -310,7 +314,8 @@ class CppPrograms:
 
 def _parsed(folder: SourceFolder, path: str, text: str, macros: Macros) -> Source | None:
     """Return a file with its macros expanded; they are left as they are if the result cannot be parsed."""
-    expanded = macros.expanded(path, text)
+    text = with_bound_members(text)
+    expanded = with_bound_members(macros.expanded(path, text))
     source = parse(folder, path, expanded)
     if expanded != text and source is not None and source.root.has_error:
         plain = parse(folder, path, text)

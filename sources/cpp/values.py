@@ -66,6 +66,8 @@ class Obj(Value):
     """The expression that created it: evaluated again, it gives the same object."""
     made_by: int = 0
     """The same, with the calls that led to it."""
+    policies: list[ClassInfo] = field(default_factory=list)
+    """Its base classes that arguments of templates name."""
     is_held: bool = False
     """Whether a variable holds the object itself, and not a pointer to it: a list stores a copy."""
 
@@ -103,6 +105,8 @@ class Items(Value):
     kind: ClassInfo | None = None
     of: str = ""
     keys: dict[object, Value] = field(default_factory=dict)
+    is_map: bool = False
+    """Whether it is a map, whose items are values, or pairs of a key and a value."""
 
 
 @dataclass(eq=False)
@@ -186,6 +190,10 @@ def part(value: Value) -> str:
 
 def joined(old: Value | None, new: Value) -> Value:
     """Return the value of a variable that may have been assigned a new value."""
+    if isinstance(old, Obj) and isinstance(new, Obj) and old is not new and is_same(old, new):
+        for name, value in old.fields.items():  # what others gave it is not lost
+            if new.fields.get(name) in (None, NO_VALUE, Const(None)):
+                new.fields[name] = value
     if (
         old is None
         or old is new
@@ -239,6 +247,20 @@ def is_same_item(one: Value, other: Value) -> bool:
     if isinstance(one, Obj) and isinstance(other, Obj):
         return one is other or (is_same(one, other) and one.made_by == other.made_by)
     return is_same(one, other)
+
+
+def members_of(value: Value) -> list[Value]:
+    """Return the parts of a pair, a tuple or an object in the order of their declaration."""
+    if isinstance(value, Obj) and value.cls is not None:
+        return [value.fields.get(name, Open(name)) for name in value.cls.fields]
+    return value.values if isinstance(value, Items) else value.args if isinstance(value, Made) else []
+
+
+def value_of(item: Value) -> Value:
+    """Return the value of an item of a map: the second part of a pair, or the item itself."""
+    parts = item.values if isinstance(item, Items) else item.args if isinstance(item, Made) else []
+    is_pair = isinstance(item, Items) or (isinstance(item, Made) and item.path.endswith("pair"))
+    return parts[1] if is_pair and len(parts) == 2 else item
 
 
 def node_in(value: Value | None, depth: int = 2) -> Obj | None:

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from dineros.sources.cpp.following.calls import Call
+from dineros.sources.cpp.following.calls import TASK, Call
 from dineros.sources.cpp.following.statements import Statements
 from dineros.sources.cpp.following.statics import MUTEXES, SIGNALS
 from dineros.sources.cpp.parsing import on_text, text_of
@@ -27,6 +27,10 @@ _OK, _ENDS_WITH_OK = re.compile(r"\bok\(\)"), re.compile(r"\bok\(\)$")
 _EXITS = ("exit(", "std::exit(", "abort(", "std::abort(")
 BEGAN = "began"
 """Member of a thread: the id of the callback that has started it; 0: it has waited for its end."""
+THREAD = "thread"
+"""Member of a task: the thread that runs it."""
+_RAN = "ran"
+"""Member of a task: the id of the callback that has run it."""
 ASKED = "asked"
 """Member of the future of a thread: whether it has ended was tested, so a branch may know that."""
 SPUN = "spun"
@@ -95,6 +99,8 @@ class Waiting:
             return Const(None)
         if kind.endswith(SIGNALS):
             return self._signal(call, on, kind)
+        if on.path == TASK:
+            return self._task(call, on)
         if kind == "thread" and call.last in ("join", "get", "wait"):
             is_over = ASKED in on.fields and self.machine.when != "always"
             return Open("a result") if is_over else self.join(call, on)
@@ -104,6 +110,24 @@ class Waiting:
             is_own = on.fields.get(BEGAN) == Const(id(self.machine.fact))
             return self.join(call, on) if is_repeated and is_own else Open("a status")
         return None
+
+    def _task(self, call: Call, on: Made) -> Value | None:
+        """Run a task, or wait for its end; None: another method."""
+        machine, thread = self.machine, on.fields.get(THREAD)
+        name = self._label(on, on_text(call.node), call)
+        if call.last == "operator()":
+            on.fields[_RAN] = Const(id(machine.fact))
+            result = machine.invoke(on.args[0], call.args, call.node, call.frame)
+            if machine.role not in ("main", "constructor"):
+                machine.does("notify", name, call.node, call.frame)
+            return result
+        if call.last not in ("get", "wait", "wait_for", "wait_until"):
+            return None
+        if on.fields.get(_RAN) == Const(id(machine.fact)):
+            return Open("a result")
+        if isinstance(thread, Made):
+            return self.join(call, thread)
+        return self._signal(call, on, "promise")
 
     def _signal(self, call: Call, on: Made, kind: str) -> Value | None:
         name = self._label(on, on_text(call.node), call)
@@ -259,18 +283,3 @@ def _may_leave(body: Node, way_out: Node | None) -> bool:
         else:
             todo += part.named_children
     return False
-
-
-def is_lost(made: Node) -> bool:
-    """Return whether an object is destroyed at once or at the end of its block, and never moved elsewhere."""
-    around, block = made.parent, made.parent
-    if around is not None and around.type == "expression_statement":
-        return True
-    declarator = made if made.type == "init_declarator" else around
-    if declarator is None or declarator.type != "init_declarator":
-        return made.type == "function_declarator"
-    while block is not None and block.type != "compound_statement":
-        block = block.parent
-    name = text_of(declarator.child_by_field_name("declarator"))
-    rest = text_of(block).replace(text_of(declarator), "")
-    return not re.search(rf"move\(\s*{name}\s*\)|return\s+{name}\s*;|\b{name}\.(?:detach|share)\(", rest)

@@ -178,7 +178,9 @@ FOLDERS = {
             "operations",
             "quality",
             "durations",
+            "reaching",
             "following",
+            "remaining",
         ),
         *("keeping", "binding", "waiting", "interpreting"),
         *("making", "left_out", "calling", "replaced", "programs"),
@@ -189,6 +191,7 @@ FOLDERS = {
             "parameters",
             "naming",
             "groups",
+            "holders",
             "lists",
             "deferring",
             "notified",
@@ -198,11 +201,11 @@ FOLDERS = {
             "transforms",
         ),
     ],
+    "sources/cpp/reaching": ["reach", "reached"],
+    "sources/cpp/remaining": ["overriding", "unfollowed"],
     "sources/cpp/following": [
         *(
             "answers",
-            "reach",
-            "reached",
             "ways",
             "endings",
             "machine",
@@ -212,7 +215,7 @@ FOLDERS = {
             "routines",
             "calls",
         ),
-        *("fields", "loops", "choices", "statements", "overriding"),
+        *("fields", "loops", "choices", "statements"),
     ],
     "sources/language": [
         *(

@@ -8,18 +8,21 @@ from typing import TYPE_CHECKING
 from dineros.sources.cpp.binding import bound
 from dineros.sources.cpp.calling.ports import SELF
 from dineros.sources.cpp.calling.spinning import Spinning
+from dineros.sources.cpp.declarators import is_lost
 from dineros.sources.cpp.durations import duration
-from dineros.sources.cpp.following.calls import Call
+from dineros.sources.cpp.following.calls import SLOTS, TASK, Call
 from dineros.sources.cpp.following.machine import coerced, is_node
+from dineros.sources.cpp.following.operators import AT_END
 from dineros.sources.cpp.following.statements import Statements
 from dineros.sources.cpp.interpreting.formatting import formatted, of_text
 from dineros.sources.cpp.interpreting.generated import generated
+from dineros.sources.cpp.interpreting.holders import held, visited
 from dineros.sources.cpp.interpreting.lists import items
 from dineros.sources.cpp.interpreting.loading import loaded
 from dineros.sources.cpp.interpreting.naming import SUB_SPACE, is_callable
 from dineros.sources.cpp.interpreting.parameters import parameter
 from dineros.sources.cpp.interpreting.transforms import BUFFER, look_up
-from dineros.sources.cpp.parsing import arguments_of, arguments_of_scope, text_of
+from dineros.sources.cpp.parsing import arguments_of, arguments_of_scope, on_text, text_of
 from dineros.sources.cpp.quality import CHAINED, PRESETS, changed
 from dineros.sources.cpp.values import (
     Const,
@@ -34,11 +37,13 @@ from dineros.sources.cpp.values import (
     Seconds,
     Value,
     constant,
+    members_of,
+    one_of,
     options,
     part,
     shown,
 )
-from dineros.sources.cpp.waiting import BEGAN, Waiting, is_lost
+from dineros.sources.cpp.waiting import BEGAN, THREAD, Waiting
 
 if TYPE_CHECKING:
     from tree_sitter import Node
@@ -59,11 +64,16 @@ _ENUMERATOR = re.compile(r"(?:[A-Za-z_]\w*::)*[A-Za-z_]\w*")
 _GOALS = {"succeed", "abort", "canceled", "publish_feedback"}
 
 
-_ONCE = ("call_once", "invoke")
+_AT_END = (
+    *("make_scope_exit", "scope_exit", "ScopeExit", "ScopeGuard", "make_scope_guard", "makeGuard"),
+    *("MakeCleanup", "Cleanup", "finally", "on_scope_exit"),
+)
+"""Functions and classes of libraries that call their argument at the end of a block."""
+_ONCE = ("call_once", "invoke", "apply")
 """Functions of the standard library that call a function once."""
 _OFTEN = (
     *("for_each", "for_each_n", "any_of", "all_of", "none_of", "find_if", "find_if_not", "count_if"),
-    *("transform", "generate", "generate_n", "remove_if", "copy_if", "accumulate", "apply", "visit"),
+    *("transform", "generate", "generate_n", "remove_if", "copy_if", "accumulate"),
 )
 """Functions of the standard library that call a function any number of times."""
 _AROUND = ("MessageFilter", "RealtimePublisher")
@@ -89,6 +99,8 @@ class Ros(Spinning):
         if any(isinstance(each, (Open, Made)) for each in call.args):
             call.args = [self._number(each, call) for each in call.args]
         found = self.maker.entity(call)
+        if found is None:
+            found = held(self.machine, call)
         if found is None:
             found = self._of_library(call)
         if found is not None:
@@ -170,14 +182,18 @@ class Ros(Spinning):
             return duration(kind, "", args) or coerced(kind, args[0])
         if last == "getCameraInfoTopic" and args and isinstance(topic := constant(args[0]), str):
             return Const("".join(topic.rpartition("/")[:2]) + "camera_info")
-        if last == "bind" and args:
+        if last in ("bind", "bind_front", "mem_fn", "not_fn") and args:
             return bound(args)
         if path in ("std::make_tuple", "std::tie", "std::forward_as_tuple"):
             return Made("std::tuple", args)
         if path == "std::get" and args and (item := _item_of(args[0], given)) is not None:
             return item
-        if path in ("std::make_optional", "std::optional") and len(args) == 1:
+        if path == "std::make_optional" and len(args) == 1:
             return args[0]
+        if last in _AT_END and len(args) == 1 and is_callable(args[0]):
+            return Made(AT_END, args, node=call.node)
+        if path == TASK and args:
+            return Made(TASK, [bound(args)], node=call.node)
         if path.endswith(_AROUND) and args and isinstance(args[0], (Port, Made)):
             return args[0]
         if last in _SAME and args and (path.startswith("std::") or "::" not in path):
@@ -224,6 +240,8 @@ class Ros(Spinning):
             return self.waiting.guard(call)
         if path == "std::lock" and args:
             return self.waiting.lock_together(call)
+        if path in ("std::visit", "boost::apply_visitor") and len(args) > 1:
+            return visited(self.machine, call)
         if path.startswith("std::") and last in (*_ONCE, *_OFTEN) and any(map(is_callable, args)):
             return self._applied(call)
         if last in PRESETS or path in ("rclcpp::QoS", "rclcpp::KeepLast", "rclcpp::KeepAll"):
@@ -244,9 +262,12 @@ class Ros(Spinning):
         """Call the function that a function of the standard library receives, once or for each item."""
         at = next(at for at, each in enumerate(call.args) if is_callable(each))
         if call.last in _ONCE:
-            return self.machine.invoke(call.args[at], call.args[at + 1 :], call.node, call.frame)
+            rest = members_of(call.args[-1]) if call.last == "apply" else call.args[at + 1 :]
+            return self.machine.invoke(call.args[at], rest, call.node, call.frame)
         with self.machine.loop(call.node, call.frame):
-            self.machine.invoke(call.args[at], call.args[:1], call.node, call.frame)
+            first = call.args[0]
+            given = [one_of(first.values)] if isinstance(first, Items) and first.values else call.args[:1]
+            self.machine.invoke(call.args[at], given, call.node, call.frame)
         return Open(text_of(call.node)[:60])
 
     def _library_object(self, path: str, args: list[Value], call: Call) -> Value:
@@ -273,14 +294,29 @@ class Ros(Spinning):
         self.machine.forget(call)
         return Open("whether there was a message")
 
+    def _wait_for_set(self, call: Call) -> Value:
+        """Wait until an entity of a wait set is ready."""
+        seconds = constant(call.args[0]) if call.args else None
+        limit = seconds if isinstance(seconds, (int, float)) and seconds >= 0 else None
+        is_endless = not call.args or (seconds is not None and limit is None)
+        how = "without time-out" if is_endless else "time-out that is open"
+        how = how if limit is None else f"time-out {limit} s"
+        if self.machine.role not in ("main", "constructor", "thread"):
+            self.machine.does("wait", on_text(call.node), call.node, call.frame, how, timeout=limit)
+        return Made("rclcpp::WaitResult", node=call.node)
+
     def _started(self, call: Call) -> Value:
         """Start a thread; the end of its block waits for it, if that destroys its object."""
         ways = [each.path for each in call.args if isinstance(each, Made) and "launch::" in each.path]
         args = [each for each in call.args if getattr(each, "path", "") not in ways]
         is_deferred = any(each.endswith("deferred") for each in ways)
         target = bound(args)
+        task = target if isinstance(target, Made) and target.path == TASK else None
+        target = target if task is None else task.args[0]
         thread = Made("std::thread", [target]) if is_deferred else self._thread(call, target)
         thread.fields[BEGAN] = Const(id(self.machine.fact))
+        if task is not None:
+            task.fields[THREAD] = thread
         if call.last != "thread" and not is_deferred and is_callable(target) and is_lost(call.node):
             self.waiting.join(call, thread)
         return thread
@@ -337,8 +373,15 @@ class Ros(Spinning):
                 self.machine.set_member(on, "text", call.args[0])
                 return Const(None)
             return on.fields.get("text", on.args[0] if on.args else Const(""))
+        if path.endswith("signals2::signal") and last.startswith("connect") and call.args:
+            slots = on.fields.setdefault(SLOTS, Items())
+            if isinstance(slots, Items) and not any(each is call.args[-1] for each in slots.values):
+                slots.values.append(call.args[-1])
+            return Made("boost::signals2::connection")
         if "xecutor" in path:
             return self.executor(call, on)
+        if path.startswith("rclcpp::") and path.endswith("WaitSet") and last == "wait":
+            return self._wait_for_set(call)
         if path in self.machine.idioms and last in ("subscribe", "registerCallback") and call.args:
             return self._subscribes(call, on)
         if "ynchronizer" in path:

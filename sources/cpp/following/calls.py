@@ -74,6 +74,10 @@ _HARMLESS_SPACES = (
 )
 
 
+SLOTS = "slots"
+"""Member of a signal of Boost: the functions that its call calls."""
+TASK = "std::packaged_task"
+"""The class of tasks whose end others wait for."""
 CONTAINERS = {
     f"{space}{name}"
     for space in ("std::", "")
@@ -161,10 +165,14 @@ class Calls(Routines):
 
     def _container(self, kind: Node | None, args: list[Value], frame: Frame) -> Items:
         """Return a list of the standard library; of a map, the class of its values counts."""
-        made = args[0] if len(args) == 1 and isinstance(args[0], Items) else Items(args)
         inner = self.templated(kind, frame)
+        is_map = self.type_text(kind, frame).endswith("map") and len(inner) > 1
+        first = args[0] if len(args) == 1 else None
+        is_pair = is_map and isinstance(first, Items) and _is_pair(first)  # of ``map{{key, value}}``
+        made = first if isinstance(first, Items) and not is_pair else Items(args)
         if inner and made.kind is None:
-            number = 1 if self.type_text(kind, frame).endswith("map") and len(inner) > 1 else 0
+            made.is_map = is_map
+            number = 1 if is_map else 0
             made.of = self.type_text(inner[number], frame)
             made.kind = self.class_of(made.of, frame)
         return made
@@ -175,7 +183,7 @@ class Calls(Routines):
         assert function is not None
         if function.type == "field_expression":
             left = function.child_by_field_name("argument")
-            on = self.value(left, frame)
+            on = self.held_by(function, self.value(left, frame))
             field = function.child_by_field_name("field")
             args = self.values(inner, frame)
             held = [each for each in options(on) if isinstance(each, (Lambda, Method))]
@@ -187,6 +195,10 @@ class Calls(Routines):
             if text_of(field) == "reset" and len(args) == 1 and self._is_pointer(function, on):
                 self.assign(left, args[0], frame)
                 return Open("reset")
+            if text_of(field) == "reset" and not args and self._is_pointer(function, on):
+                kind = self.kind_of(left, frame)
+                if kind is not None and path_of(kind).endswith(("unique_ptr", "optional", "UniquePtr")):
+                    self.destroy([each for each in options(on) if isinstance(each, Obj)], node)
             several = options(on)
             found = []
             for each in several:
@@ -224,7 +236,7 @@ class Calls(Routines):
         """Call a method of an object."""
         on = call.on
         if isinstance(on, Obj):
-            routines = self.methods(on.cls, call.last) if on.cls is not None else []
+            routines = self.methods_of(on, call.last)
             if routines:
                 return self.run(routines, call.args, on, call.node, self._types(call))
             if isinstance(on.fields.get(call.last), (Lambda, Method)):
@@ -250,7 +262,9 @@ class Calls(Routines):
                 else frame.this.cls or frame.cls
             )
             if owner is not None and (not scope or owner in self.bases(frame.this.cls or frame.cls)):
-                routines = self.methods(owner, call.last)
+                is_own = owner is (frame.this.cls or frame.cls)
+                routines = self.methods_of(frame.this, call.last) if is_own else []
+                routines = routines or self.methods(owner, call.last)
                 if routines and call.last != owner.name:
                     return self.run(routines, call.args, frame.this, call.node, self._types(call))
         if call.named is not None and call.named.type != "identifier":
@@ -313,6 +327,11 @@ class Calls(Routines):
                 routines = each.routines if isinstance(each, Method) and (each.this or each.args) else []
                 if is_lambda or any(self.reach.does_matter(one) for one in routines):
                     self.library.read_callback(each, "event", node, call.frame)
+                    if self.role not in ("main", "constructor"):
+                        self.unread.append(
+                            f"{self.place(node, call.frame)}: {call.path} receives a function, but its code "
+                            "is not in the folder, so when it calls it is unknown; any time is assumed"
+                        )
 
     def _with_object(self, method: Method, args: list[Value]) -> Method:
         """Return a method or function with the object that unknown code receives besides it.
@@ -342,16 +361,40 @@ class Calls(Routines):
     def invoke(self, called: Value, args: list[Value], node: Node, frame: Frame) -> Value:
         """Call a value."""
         found: list[Value] = []
-        several = [self.functor(each) for each in options(called)]
+        several = [one for each in options(called) for one in self._callables(each, args)]
         for each in several:
             with self.perhaps() if len(several) > 1 else nullcontext():
                 if isinstance(each, Lambda):
                     found.append(self._run_lambda(each, args, node))
                 elif isinstance(each, Method):
-                    found.append(self.run(each.routines, [*each.args, *args], each.this, node, []))
+                    this, given = _with_this(each, [*each.args, *args])
+                    found.append(self.run(each.routines, given, this, node, []))
+                elif isinstance(each, Made) and each.path == TASK:
+                    found.append(self.library.call(Call(node, frame, "operator()", args, each)) or each)
                 else:
                     found.append(Open(text_of(node)[:60]))
         return one_of(found)
+
+    def _callables(self, called: Value, args: list[Value]) -> list[Value]:
+        """Return what a call may run: of an object with several functions, those for its argument."""
+        found = list(options(self.functor(called)))
+        slots = called.fields.get(SLOTS) if isinstance(called, Made) else None
+        if isinstance(slots, Items):
+            return [one for each in slots.values for one in options(each)]
+        if isinstance(called, Items):  # a pack of functions: ``(f(), ...)``
+            return called.values
+        if isinstance(called, Obj) and len(found) > 1 and args and isinstance(args[0], Obj):
+            cls = args[0].cls
+            exact = [each for each in found if isinstance(each, Lambda) and self._first_class(each) is cls]
+            found = [*exact] or found
+        return found
+
+    def _first_class(self, called: Lambda) -> ClassInfo | None:
+        """Return the class of the first parameter of a lambda; None: it has another type."""
+        declarator = called.node.child_by_field_name("declarator")
+        parameters = parameters_of(function_of(declarator) or declarator) if declarator is not None else []
+        kind = parameters[0].type if parameters else None
+        return None if kind is None else self.class_of(self.type_text(kind, called.frame), called.frame)
 
     def _run_lambda(self, each: Lambda, args: list[Value], node: Node) -> Value:
         declarator = each.node.child_by_field_name("declarator")
@@ -360,6 +403,16 @@ class Calls(Routines):
         frame.values = {p.name: args[n] if n < len(args) else Open(p.name) for n, p in enumerate(parameters)}
         return self._body(each.node.child_by_field_name("body"), frame, each.node)
 
-    def construct(self, cls: ClassInfo, args: list[Value], types: list[str], node: Node, frame: Frame) -> Obj:
-        """Return a new object of a class of the folder."""
-        raise NotImplementedError
+
+def _is_pair(value: Items) -> bool:
+    return len(value.values) == 2 and not isinstance(value.values[0], Items)
+
+
+def _with_this(method: Method, args: list[Value]) -> tuple[Obj | None, list[Value]]:
+    """Return the object and the arguments of a call; ``std::invoke`` gives both as arguments."""
+    routine = next((each for each in method.routines if each.body is not None), None)
+    first = args[0] if args else None
+    is_method = method.this is None and routine is not None and routine.cls is not None
+    if is_method and isinstance(first, Obj) and len(args) == len(routine.parameters) + 1:  # type: ignore[union-attr]
+        return first, args[1:]
+    return method.this, args

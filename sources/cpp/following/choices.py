@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
-from dineros.sources.branches import Anything, Attempt, Block, Branch, Condition
+from dineros.sources.branches import Anything, Attempt, Block, Branch, Condition, Leave
 from dineros.sources.cpp.following.expressions import named
 from dineros.sources.cpp.following.loops import Loops
 from dineros.sources.cpp.following.ways import Way
@@ -33,10 +33,13 @@ class Choices(Loops):
                 self.run_block(each, frame)
                 asked, condition = Open("a condition"), Anything()
             else:
-                asked = self.value(each, frame)
+                asked = self.tested(self.value(each, frame), each)
                 condition = self.condition(each, frame)
         yes, no = node.child_by_field_name("consequence"), node.child_by_field_name("alternative")
         known = bool(asked.value) if isinstance(asked, Const) else None
+        if known is not None and any(each.type == "constexpr" for each in node.children):
+            self.run_block(yes if known else no, frame)  # the other branch is not compiled
+            return
         ways: list[Way] = []
         done: list[Block] = []
         run = self.steps
@@ -113,13 +116,21 @@ class Choices(Loops):
         self.run_block(node.child_by_field_name("body"), frame)
         tried, handlers = self.block, list[Block]()
         self.block = []
+        is_thrown = _throws(tried)
+        is_done, frame.is_done = frame.is_done, False  # what throws in it does not leave the function
         for each in named(node):
             if each.type == "catch_clause":
                 with self.perhaps():
                     self.run_block(each.child_by_field_name("body"), frame)
                 handlers.append(self.taken)
+        frame.is_done = is_done and not is_thrown
         self.block = outer
         self.block.append(Attempt(tried, [], handlers))
+
+
+def _throws(block: Block) -> bool:
+    """Return whether a block ends with a statement that throws, at once or in a block within it."""
+    return bool(block) and isinstance(block[-1], Leave) and block[-1].way == "raises"
 
 
 def _ends(case: Node) -> bool:

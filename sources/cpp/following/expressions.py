@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Container
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from dineros.sources.cpp.declarators import is_pointer
 from dineros.sources.cpp.durations import UNITS
 from dineros.sources.cpp.following.machine import MOST_CALLS, coerced
 from dineros.sources.cpp.following.operators import Operators
 from dineros.sources.cpp.following.statics import global_lock
 from dineros.sources.cpp.operations import binary, number, text_literal
-from dineros.sources.cpp.parsing import path_of, text_of
+from dineros.sources.cpp.parsing import arguments_of, path_of, text_of
 from dineros.sources.cpp.quality import CHAINED, RMW_PROFILE, of_rmw, with_member
 from dineros.sources.cpp.values import (
     NO_VALUE,
@@ -27,13 +29,17 @@ from dineros.sources.cpp.values import (
     Seconds,
     Value,
     is_quality,
+    members_of,
     one_of,
     options,
     shown,
+    value_of,
 )
 
 if TYPE_CHECKING:
     from tree_sitter import Node
+
+    from dineros.sources.cpp.index import ClassInfo
 
 
 GIVES_PROFILE = ("get_rmw_qos_profile",)
@@ -43,6 +49,8 @@ EVENTS = {
     *("incompatible_type_callback", "message_lost_callback"),
 }
 """Members of options of ports that are callbacks of events."""
+_PLAIN = ("bool", "char", "int", "long", "float", "double", "unsigned")
+"""Types without a namespace."""
 _ARGUMENTS = {"argument_list", "initializer_list", "field_initializer_list"}
 
 
@@ -86,7 +94,15 @@ class Expressions(Operators):
 
     def values(self, node: Node | None, frame: Frame) -> list[Value]:
         """Return the values of arguments."""
-        return [self.value(each, frame) for each in named(node)]
+        found: list[Value] = []
+        for each in named(node):
+            value = self.value(each, frame)
+            is_pack = each.type == "parameter_pack_expansion" and isinstance(value, Items)
+            found += value.values if is_pack else [value]  # type: ignore[attr-defined]
+        return found
+
+    def _parameter_pack_expansion(self, node: Node, frame: Frame) -> Value:
+        return self.value(node.child_by_field_name("pattern"), frame)
 
     # -------------------------------------------------------------------------------------------- literals
 
@@ -138,6 +154,8 @@ class Expressions(Operators):
 
     def _qualified_identifier(self, node: Node, frame: Frame) -> Value:
         path = path_of(node)
+        if path == "std::is_same_v":
+            return self._are_same(node, frame)
         if frame.this is not None and path.count("::") == 1:
             found = frame.this.fields.get(path.rpartition("::")[2])
             kinds = self.bases(frame.this.cls) if frame.this.cls is not None else []
@@ -155,6 +173,9 @@ class Expressions(Operators):
         return self._outer(path, frame)
 
     def _outer(self, path: str, frame: Frame) -> Value:
+        given = self._template_value(path, frame)
+        if given is not None:
+            return given
         shared = global_lock(path, frame, self)
         if shared is not None:
             return shared
@@ -185,8 +206,35 @@ class Expressions(Operators):
         is_preset = path.startswith("rmw_qos_profile_")
         return Made(path) if "::" in path or is_preset else Open(path)
 
+    def _are_same(self, node: Node, frame: Frame) -> Value:
+        """Return whether two types are one, if both are known."""
+        given = [self.template_text(each, frame) for each in arguments_of(node)]
+        are_known = all(
+            "::" in each or each in _PLAIN or self.class_of(each, frame) is not None for each in given
+        )
+        return Const(given[0] == given[1]) if are_known and len(given) == 2 else Open(text_of(node)[:60])
+
+    def _template_value(self, name: str, frame: Frame) -> Value | None:
+        """Return the value of a parameter of a template that is a number or a method; None: no such one."""
+        around: Frame | None = frame
+        text = None
+        while around is not None and text is None:
+            own = around.this.types if around.this is not None else {}
+            text = around.types.get(name) or own.get(name)
+            around = around.outer
+        if text is None:
+            return None
+        if text in ("true", "false"):
+            return Const(text == "true")
+        if text[:1].isdigit():
+            return number(text)
+        scope, _, last = text.lstrip("&").rpartition("::")
+        cls = self.class_of(scope, frame) if scope and text.startswith("&") else None
+        routines = self.methods(cls, last) if cls is not None else []
+        return Method(routines, last) if routines else None
+
     def _field_expression(self, node: Node, frame: Frame) -> Value:
-        on = self.value(node.child_by_field_name("argument"), frame)
+        on = self.held_by(node, self.value(node.child_by_field_name("argument"), frame))
         name = path_of(node.child_by_field_name("field")).rpartition("::")[2]
         found: list[Value] = []
         for each in options(on):
@@ -198,6 +246,10 @@ class Expressions(Operators):
                 found.append(Open(text_of(node)[:60]))
         return one_of(found)
 
+    def construct(self, cls: ClassInfo, args: list[Value], types: list[str], node: Node, frame: Frame) -> Obj:
+        """Return a new object of a class of the folder."""
+        raise NotImplementedError
+
     def _subscript_expression(self, node: Node, frame: Frame) -> Value:
         on = self.value(node.child_by_field_name("argument"), frame)
         indices = self.values(node.child_by_field_name("indices"), frame)
@@ -206,14 +258,18 @@ class Expressions(Operators):
         if of_class is not None:
             return of_class
         if isinstance(on, Items):
+            if on.is_map and on.kind is not None and not on.values:  # the map makes the item
+                on.values.append(self.construct(on.kind, [], [], node, frame))
             if (
                 isinstance(index, Const)
+                and not on.is_map
                 and isinstance(index.value, int)
                 and 0 <= index.value < len(on.values)
             ):
                 return on.values[index.value]
             others = (Open(text_of(node)[:60]),) if on.is_open or not on.values else ()
-            found = tuple(each for each in on.values if each not in others) + others
+            held = [value_of(each) for each in on.values] if on.is_map else on.values
+            found = tuple(each for each in held if each not in others) + others
             return found[0] if len(found) == 1 else Either(found)
         return Open(text_of(node)[:60])
 
@@ -236,16 +292,23 @@ class Expressions(Operators):
                 cls = ours  # which may override it
             routines = self.methods(cls, name) if cls is not None else []
             return Method(routines, name) if routines else self.value(inner, frame)
-        return self.value(inner, frame)
+        value = self.value(inner, frame)
+        return (self.operated(value, "*", [], node) if text_of(node).startswith("*") else None) or value
 
     def _unary_expression(self, node: Node, frame: Frame) -> Value:
         value = self.value(node.child_by_field_name("argument"), frame)
         sign = text_of(node.child_by_field_name("operator"))
+        of_class = self.operated(value, sign, [], node)
+        if of_class is not None:
+            return of_class
+        value = self.tested(value, node) if sign == "!" else value
         if isinstance(value, Const):
             if sign == "!":
                 return Const(not value.value) if not isinstance(value.value, str) else Open("!")
             if sign == "-" and isinstance(value.value, (int, float)):
                 return Const(-value.value)
+        if isinstance(value, Seconds) and sign == "-":
+            return Seconds(-value.value)
         return Open(text_of(node)[:60])
 
     def _binary_expression(self, node: Node, frame: Frame) -> Value:
@@ -289,6 +352,10 @@ class Expressions(Operators):
 
     def _update_expression(self, node: Node, frame: Frame) -> Value:
         inner = node.child_by_field_name("argument")
+        sign = text_of(node.child_by_field_name("operator"))
+        made = self.operated(self.value(inner, frame), sign, [], node) if inner is not None else None
+        if made is not None:
+            return made
         before = frame.values.get(text_of(inner))
         is_whole = isinstance(before, Const) and type(before.value) is int
         if is_whole and not self.loops and isinstance(before, Const):
@@ -302,6 +369,10 @@ class Expressions(Operators):
         left = node.child_by_field_name("left")
         value = self.value(node.child_by_field_name("right"), frame)
         sign = text_of(node.child_by_field_name("operator"))
+        if left is not None and self.is_object(left, frame):
+            of_class = self.operated(self.value(left, frame), sign, [value], node)
+            if of_class is not None:
+                return of_class
         if sign != "=":
             # A loop has forgotten the local variables that it changes; of members, it may change more.
             is_known = not self.loops or text_of(left) in frame.values
@@ -311,6 +382,19 @@ class Expressions(Operators):
         self.gives(node, frame)
         return value
 
+    def is_object(self, node: Node, frame: Frame) -> bool:
+        """Return whether a variable or a member is an object of a class of the folder, and no pointer."""
+        kind = self.kind_of(node, frame)
+        return (
+            kind is not None
+            and not is_pointer(kind.parent)
+            and self.class_of(self.type_text(kind, frame), frame) is not None
+        )
+
+    def kind_of(self, node: Node | None, frame: Frame) -> Node | None:
+        """Return the type with which a variable or a member is declared; None: not known."""
+        raise NotImplementedError
+
     def gives(self, node: Node, frame: Frame) -> None:
         """Record that the callback of a service assigns a field of its response."""
         raise NotImplementedError
@@ -319,6 +403,8 @@ class Expressions(Operators):
         """Assign a value to the left side of ``=``."""
         if left is None:
             return
+        if isinstance(value, Items) and not value.of and left.type in ("identifier", "field_expression"):
+            value = _as_before(self.value(left, frame), value)
         if left.type == "identifier":
             self.store(text_of(left), value, frame)
         elif left.type == "field_expression":
@@ -341,6 +427,10 @@ class Expressions(Operators):
             if isinstance(on, Items):
                 on.values.append(value)
                 on.is_open = on.is_open or isinstance(value, Open)
+        elif left.type == "call_expression" and path_of(left.child_by_field_name("function")) == "std::tie":
+            parts = members_of(value)
+            for number, given in enumerate(named(left.child_by_field_name("arguments"))):
+                self.assign(given, parts[number] if number < len(parts) else Open(text_of(given)), frame)
         elif left.type in ("pointer_expression", "parenthesized_expression"):
             self.assign(left.child_by_field_name("argument") or next(iter(named(left)), None), value, frame)
 
@@ -368,6 +458,14 @@ class Expressions(Operators):
                     each.child_by_field_name("right"), frame
                 )
         return Lambda(node, inner)
+
+
+def _as_before(old: Value, new: Items) -> Items:
+    """Return a list in braces that a variable gets, with the type of the variable's items."""
+    before = next((each for each in options(old) if isinstance(each, Items)), None)
+    if before is None:
+        return new
+    return replace(new, kind=before.kind, of=before.of, is_map=before.is_map)
 
 
 def _declared_type(value: Node) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -16,7 +17,7 @@ from dineros.sources.cpp.following.endings.progress import NO_EXIT, why_open
 from dineros.sources.cpp.following.expressions import named
 from dineros.sources.cpp.following.fields import Fields
 from dineros.sources.cpp.parsing import path_of, text_of
-from dineros.sources.cpp.values import NO_VALUE, Const, Frame, Items, Made, Open, Value, options
+from dineros.sources.cpp.values import NO_VALUE, Const, Frame, Items, Obj, Open, Value, members_of, options
 from dineros.sources.facts import STARTING, CallbackFact, Effect
 
 if TYPE_CHECKING:
@@ -241,21 +242,24 @@ class Loops(Fields):
     def _do_for_range_loop(self, node: Node, frame: Frame) -> None:
         name = name_of(node.child_by_field_name("declarator"))
         body = node.child_by_field_name("body")
-        over = self.value(node.child_by_field_name("right"), frame)
+        over = _one_list(self.value(node.child_by_field_name("right"), frame))
         found = over.values if isinstance(over, Items) else []
         if isinstance(over, Items) and not over.is_open and 0 < len(found) <= _MOST_TURNS:
-            self._turns(found, name, body, frame)  # each item once, for certain
+            self._turns(found, name, body, frame, is_map=over.is_map)  # each item once, for certain
             return
         with self.loop(node, frame):
             rest = Open(f"each of {text_of(node.child_by_field_name('right'))}")
-            self._turns([*found[:_MOST_TURNS], rest], name, body, frame)
+            is_map = isinstance(over, Items) and over.is_map
+            self._turns([*found[:_MOST_TURNS], rest], name, body, frame, is_map=is_map)
 
-    def _turns(self, items: list[Value], name: str, body: Node | None, frame: Frame) -> None:
+    def _turns(
+        self, items: list[Value], name: str, body: Node | None, frame: Frame, *, is_map: bool = False
+    ) -> None:
         """Run the body of a loop for each item: each iteration creates ports of its own."""
         outer, turns = self.block, []
         for turn, each in enumerate(items):
             if name:
-                frame.values |= _bound(name, each)
+                frame.values |= _bound(name, each, is_map=is_map)
             self.turns.append(turn)
             self.block = []
             turns.append(self.block)
@@ -263,6 +267,15 @@ class Loops(Fields):
             self.turns.pop()
         self.block = outer
         self.block.append(Turns(turns))
+
+
+def _one_list(value: Value) -> Value:
+    """Return one of several lists as a list with the items of all; other values as they are."""
+    found = [each for each in options(value) if isinstance(each, Items)]
+    if len(found) < 2:
+        return found[0] if found and len(found) == len(options(value)) else value
+    inner = list(dict.fromkeys(item for each in found for item in each.values))
+    return replace(found[0], values=inner, is_open=True)
 
 
 def _said(loop: Node) -> str:
@@ -278,7 +291,7 @@ def _is_plain(value: Value | None) -> bool:
     return bool(found) and value is not NO_VALUE and all(isinstance(each, (Const, Open)) for each in found)
 
 
-def _bound(name: str, item: Value) -> dict[str, Value]:
+def _bound(name: str, item: Value, *, is_map: bool) -> dict[str, Value]:
     """Return the variables of a loop for an item: one, or several as in ``for (auto & [key, value] : map)``.
 
     Of a map, lists of this reader have the values only.
@@ -286,7 +299,8 @@ def _bound(name: str, item: Value) -> dict[str, Value]:
     names = [each.strip() for each in name.strip("&[] ").split(",")]
     if len(names) == 1:
         return {name: item}
-    parts = item.values if isinstance(item, Items) else item.args if isinstance(item, Made) else []
+    is_value = is_map and isinstance(item, Obj)
+    parts = [] if is_value else members_of(item)
     if len(parts) == len(names):
         return dict(zip(names, parts, strict=True))
     return {each: item if at == 1 and len(names) == 2 else Open(each) for at, each in enumerate(names)}

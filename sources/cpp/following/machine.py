@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 from dineros.sources.branches import Do
 from dineros.sources.cpp.following.answers import FunctionText
 from dineros.sources.cpp.following.endings.polling import Polled, value_in_words
-from dineros.sources.cpp.following.reach import Reach
-from dineros.sources.cpp.following.reached import Reached
 from dineros.sources.cpp.following.ways import Ways
 from dineros.sources.cpp.index import ClassInfo, Index
 from dineros.sources.cpp.parsing import arguments_of, line_of, path_of, text_of
+from dineros.sources.cpp.reaching.reach import Reach
+from dineros.sources.cpp.reaching.reached import Reached
 from dineros.sources.cpp.values import Const, Either, Frame, Made, Obj, Todo, Value, joined
 from dineros.sources.facts import CallbackFact, Effect, Entity, NodeFact
 from dineros.sources.libraries.idioms import Idiom
@@ -107,7 +107,7 @@ class Machine(Ways):
         self.holders: dict[int, tuple[int, bool]] = {}
         """The object whose code made an entity, and whether a pointer of it holds only that, by id."""
         self.holding: list[str] = []
-        self.scoped: list[Obj] = []
+        self.scoped: list[Value] = []
         """The objects that end with the current block."""
         self.ways_out: list[bool] = []
         """For each enclosing loop: whether it may end although its condition is not met."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import nullcontext
 from typing import TYPE_CHECKING
 
@@ -9,11 +10,15 @@ from dineros.sources.branches import Leave
 from dineros.sources.cpp.following.machine import Machine
 from dineros.sources.cpp.index import ClassInfo, Routine
 from dineros.sources.cpp.parsing import text_of
-from dineros.sources.cpp.values import Either, Frame, Method, Obj, Value, options
+from dineros.sources.cpp.values import Either, Frame, Made, Method, Obj, Open, Value, options
 
 if TYPE_CHECKING:
     from tree_sitter import Node
 
+AT_END = "a function at the end of a block"
+"""Path of an object that runs its argument when its block ends."""
+CALLED = "operator()"
+"""The member of an object whose class extends lambdas, for all of them."""
 _BRACED = ("std::string", "string", "std::chrono::", "rclcpp::QoS", "rclcpp::Duration")
 """Types of constants in braces."""
 
@@ -57,6 +62,16 @@ class Operators(Machine):
                 found.append(self.run(routines, args, each, node, []))
         return None if not found else found[0] if len(found) == 1 else Either(tuple(found))
 
+    def tested(self, value: Value, node: Node) -> Value:
+        """Return a value as a truth value: what ``operator bool`` of a class returns."""
+        return self.operated(value, " bool", [], node) or value
+
+    def held_by(self, access: Node, on: Value) -> Value:
+        """Return the object whose member ``->`` accesses: what the operator of a class returns."""
+        if text_of(access.child_by_field_name("operator")) != "->":
+            return on
+        return self.operated(on, "->", [], access) or on
+
     def run(
         self, routines: list[Routine], args: list[Value], this: Obj | None, node: Node, types: list[str]
     ) -> Value:
@@ -70,22 +85,38 @@ class Operators(Machine):
                 return each.methods[name]
         return []
 
+    def invoke(self, called: Value, args: list[Value], node: Node, frame: Frame) -> Value:
+        """Call a value."""
+        raise NotImplementedError
+
+    def methods_of(self, this: Obj, name: str) -> list[Routine]:
+        """Return the methods of a name that an object has, also by bases that a template's argument names."""
+        if this.cls is None:
+            return []
+        found = self.methods(this.cls, name)
+        return found or next((one for each in this.policies if (one := self.methods(each, name))), [])
+
     def functor(self, value: Value) -> Value:
         """Return the method that a call of an object calls; other values as they are."""
         if isinstance(value, Obj) and value.cls is not None:
             routines = self.methods(value.cls, "operator()")
-            return Method(routines, "operator()", value) if routines else value
+            return Method(routines, "operator()", value) if routines else value.fields.get(CALLED, value)
         return value
 
-    def destroy(self, objects: list[Obj], node: Node) -> None:
+    def destroy(self, objects: Sequence[Value], node: Node) -> None:
         """Run the destructors of a block's objects, the last one first; a ``return`` comes after them."""
         for each in reversed(objects):
-            routines = self.methods(each.cls, f"~{each.cls.name}") if each.cls is not None else []
-            if not routines or each.node is not None:
+            cls = each.cls if isinstance(each, Obj) and each.node is None else None
+            routines = self.methods(cls, f"~{cls.name}") if cls is not None else []
+            if not routines and isinstance(each, Obj):
                 continue
             outer, self.block = self.block, []
             try:
-                self.run(routines, [], each, node, [])
+                if isinstance(each, Obj):
+                    self.run(routines, [], each, node, [])
+                else:
+                    called = each.args[0] if isinstance(each, Made) else each
+                    self.invoke(called, [Open("the object")], node, self.frames[-1])
             finally:
                 done, self.block = self.block, outer
             at = len(outer) - 1 if outer and isinstance(outer[-1], Leave) else len(outer)

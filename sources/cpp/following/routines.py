@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from contextlib import nullcontext
 from typing import TYPE_CHECKING
 
@@ -16,6 +17,7 @@ from dineros.sources.cpp.values import Const, Either, Frame, Items, Made, Obj, O
 if TYPE_CHECKING:
     from tree_sitter import Node
 
+_SUSPENDS = re.compile(r"\bco_(?:await|yield|return)\b")
 _LARGE = MOST_STEPS // 4
 """Steps after which only routines that may use ROS are followed."""
 _MOST_OBJECTS = 200
@@ -52,6 +54,11 @@ class Routines(Expressions):
         if len(self.calls) >= MOST_CALLS or any(each[:2] == key for each in self.calls):
             self.is_lost = True
             return Open("a call within itself")
+        if called.id not in self.followed and _SUSPENDS.search(text_of(body)):
+            self.unread.append(
+                f"{self.place(called, frame)}: a coroutine, which is followed like a function: "
+                "when it continues is unknown"
+            )
         self.followed.add(called.id)
         # Each call of a routine makes ports and objects of its own.
         self.calls.append(key if site is None else (*key, site.id))
@@ -78,8 +85,10 @@ class Routines(Expressions):
         if not found:
             return Open(text_of(node)[:60])
         fitting = [each for each in found if len(each.parameters) == len(args)]
+        fitting = fitting or [each for each in found if any(one.is_pack for one in each.parameters)]
         fitting = fitting or [each for each in found if len(each.parameters) > len(args)] or found
-        fitting = self._of_types(fitting, args, node) if len(fitting) > 1 else fitting
+        if len(fitting) > 1:
+            fitting = self._of_objects(self._of_types(fitting, args, node), args)
         results = []
         for each in fitting[:4]:
             frame = self.frame_of(each, args, this, types)
@@ -91,6 +100,21 @@ class Routines(Expressions):
             finally:
                 self.sites.pop()
         return results[0] if len(results) == 1 else Either(tuple(results))
+
+    def _of_objects(self, routines: list[Routine], args: list[Value]) -> list[Routine]:
+        """Return the overloads with parameters of the classes of the objects; without any, all of them."""
+        for number, value in enumerate(args):
+            cls = value.cls if isinstance(value, Obj) else None
+            exact = [
+                each
+                for each in routines
+                if cls is not None
+                and number < len(each.parameters)
+                and self.class_of(self._type_of(each, number).removesuffix("*"), Frame(each.path, each.space))
+                is cls
+            ]
+            routines = exact or routines
+        return routines
 
     def _of_types(self, routines: list[Routine], args: list[Value], node: Node) -> list[Routine]:
         """Return the overloads whose parameters have exactly the types of the arguments, as far as known.
@@ -135,11 +159,7 @@ class Routines(Expressions):
         frame = self.frames[-1]
         kind: Node | None = None
         if inner is not None and inner.type == "identifier":
-            made = declared(text_of(inner), inner)
-            kind = made.child_by_field_name("type") if made is not None else None
-            if made is None and frame.this is not None and frame.this.cls is not None:
-                fields = (each.fields.get(text_of(inner)) for each in self.bases(frame.this.cls))
-                kind = next((each[0] for each in fields if each is not None), None)
+            kind = self.kind_of(inner, frame)
         elif inner is not None and inner.type in ("call_expression", "compound_literal_expression"):
             kind = inner.child_by_field_name("function") or inner.child_by_field_name("type")
             kind = kind if isinstance(value, Made) and value.path == self.type_text(kind, frame) else None
@@ -147,6 +167,22 @@ class Routines(Expressions):
         if not found:
             return []
         return [(found.removesuffix("*") if sign == "*" else f"{found}*" if sign == "&" else found,)]
+
+    def kind_of(self, node: Node | None, frame: Frame) -> Node | None:
+        """Return the type with which a variable or a member is declared; None: not known."""
+        if node is None or node.type not in ("identifier", "field_expression"):
+            return None
+        if node.type == "identifier":
+            made = declared(text_of(node), node)
+            if made is not None:
+                return made.child_by_field_name("type")
+            holders: tuple[Value, ...] = () if frame.this is None else (frame.this,)
+        else:
+            holders = options(self.value(node.child_by_field_name("argument"), frame))
+            node = node.child_by_field_name("field")
+        kinds = [each.cls for each in holders if isinstance(each, Obj) and each.cls is not None]
+        fields = (each.fields.get(text_of(node)) for cls in kinds for each in self.bases(cls))
+        return next((each[0] for each in fields if each is not None), None)
 
     def _spelled(self, kind: Node | None, frame: Frame) -> str:
         """Return a type with a star for a pointer of any kind; empty: it is deduced."""
@@ -169,6 +205,9 @@ class Routines(Expressions):
         declared = routine.cls.defaults.get(routine.name, []) if routine.cls is not None else []
         same = next((each for each in declared if len(each) == len(routine.parameters)), [])
         for number_, each in enumerate(routine.parameters):
+            if each.is_pack:
+                frame.values[each.name] = Items(args[number_:])
+                continue
             if number_ < len(args):
                 value = coerced(text_of(each.type), args[number_])
             else:

@@ -6,25 +6,30 @@ import re
 from typing import TYPE_CHECKING
 
 from dineros.sources.branches import Leave
-from dineros.sources.cpp.declarators import Parameter, function_of, name_of, used
+from dineros.sources.cpp.declarators import Parameter, function_of, is_lost, name_of, used
 from dineros.sources.cpp.following.calls import Call
 from dineros.sources.cpp.following.choices import Choices
 from dineros.sources.cpp.following.expressions import named
 from dineros.sources.cpp.following.machine import MOST_CALLS, coerced, is_node
+from dineros.sources.cpp.following.operators import AT_END, CALLED
 from dineros.sources.cpp.following.statics import is_kept
 from dineros.sources.cpp.index import ClassInfo
 from dineros.sources.cpp.parsing import arguments_of, path_of, text_of
 from dineros.sources.cpp.values import (
     NO_VALUE,
     Const,
+    Either,
     Frame,
     Items,
+    Lambda,
     Made,
     Method,
     Obj,
     Open,
+    Port,
     Value,
     joined,
+    members_of,
     options,
 )
 
@@ -50,6 +55,8 @@ _NOTHING = {
 
 _TEMPLATE = re.compile(r"<.*>", re.DOTALL)
 """Arguments of a template: a list of pointers is a list."""
+_SAME = re.compile(r"std::(?:move|ref|cref)\s*\(\s*(\w+)\s*\)")
+"""An argument that is a variable."""
 _MOST_DELEGATIONS = 8
 """Limit of the constructors of a class that call each other."""
 _POINTERS = ("Ptr", "shared_ptr", "unique_ptr")
@@ -94,7 +101,9 @@ class Statements(Choices):
 
     def _do_expression_statement(self, node: Node, frame: Frame) -> None:
         for each in named(node):
-            self.value(each, frame)
+            value = self.value(each, frame)
+            if isinstance(value, Obj) and self._is_new(each, value, frame):
+                self.destroy([value], node)  # no variable holds it
 
     _do_init_statement = _inside
 
@@ -172,7 +181,7 @@ class Statements(Choices):
         function = function_of(declarator)
         is_auto = kind is not None and kind.type == "placeholder_type_specifier"
         if inner is not None and inner.type == "initializer_list" and _is_array(declarator):
-            value = self.value(inner, frame)
+            value = self._aggregates(self.value(inner, frame), kind, node, frame)
         elif inner is not None and inner.type in ("initializer_list", "argument_list") and not is_auto:
             value = self.declared(kind, self.values(inner, frame), declarator, frame)
         elif inner is not None:
@@ -190,19 +199,54 @@ class Statements(Choices):
         if target is not None and target.type == "reference_declarator":
             target = named(target)[-1]
         if target is not None and target.type == "structured_binding_declarator":
-            parts = value.values if isinstance(value, Items) else getattr(value, "args", [])
+            parts = members_of(value)
             for number, each in enumerate(named(target)):
                 known = number < len(parts)
                 frame.values[text_of(each)] = parts[number] if known else Open(text_of(each))
             return
         frame.values[name] = value
-        if isinstance(value, Obj) and _is_made_here(kind, declarator, inner):
+        is_made_here = isinstance(value, Obj) and _is_made_here(kind, declarator, inner)
+        if is_made_here or self._is_owned(kind, value, declarator, inner, frame):
             self.scoped.append(value)
+
+    def _is_new(self, node: Node | None, value: Obj, frame: Frame) -> bool:
+        """Return whether an expression is a call of the constructor of an object's class."""
+        if node is None or node.type not in ("call_expression", "compound_literal_expression"):
+            return False
+        name = node.child_by_field_name("function") or node.child_by_field_name("type")
+        if name is None or name.type not in ("identifier", "qualified_identifier", "template_function"):
+            is_type = name is not None and name.type in ("type_identifier", "template_type")
+            if not is_type:
+                return False
+        return value.cls is not None and self.class_of(self.type_text(name, frame), frame) is value.cls
+
+    def _is_owned(
+        self, kind: Node | None, value: Value, declarator: Node, made: Node | None, frame: Frame
+    ) -> bool:
+        """Return whether a variable is the only owner of an object, which ends with the block then.
+
+        It is a new object of ``auto``, a ``unique_ptr``, or runs a function at the end of its block.
+        """
+        if kind is None or made is None or not isinstance(value, (Obj, Lambda, Made)):
+            return False
+        if not is_lost(declarator):
+            return False
+        is_auto = kind.type == "placeholder_type_specifier"
+        if isinstance(value, Obj):
+            is_unique = path_of(kind).endswith("unique_ptr") or text_of(made).startswith("std::make_unique")
+            return is_unique or (is_auto and self._is_new(made, value, frame))
+        if isinstance(value, Made):
+            return value.path == AT_END
+        return path_of(kind).endswith(("unique_ptr", "shared_ptr")) and len(named(made)) == 2
 
     def _as_argument(self, parameter: Node, frame: Frame) -> Value:
         """Return the value of what looks like a parameter: a name, or a call without arguments."""
         value = self.value(parameter.child_by_field_name("type") or parameter, frame)
         declarator = parameter.child_by_field_name("declarator")
+        given = _SAME.fullmatch(text_of(parameter))
+        if given is not None:  # ``std::thread t(std::move(task))``
+            found = self.lookup(given[1], frame)
+            return found if found is not None else value
         if (
             isinstance(value, Method)
             and declarator is not None
@@ -221,6 +265,8 @@ class Statements(Choices):
         ):
             return coerced(text, args[0]) if args else NO_VALUE
         if args and (path_of(kind).endswith(_POINTERS) or self.type_text(kind, frame).endswith(_POINTERS)):
+            if len(args) == 2 and isinstance(args[1], Lambda) and not isinstance(args[0], (Obj, Port)):
+                return args[1]  # it runs when the pointer ends
             return args[0]  # also under another name: ``using Client = rclcpp::Client<Ask>::SharedPtr``
         is_declared = node.type.endswith("declarator")
         if text_of(node).startswith("*") if is_declared else "*" in _TEMPLATE.sub("", text):
@@ -239,6 +285,8 @@ class Statements(Choices):
         )
         key = (id(cls), node.id, tuple(self.calls), tuple(self.turns))
         before = self.made.get(key)
+        if len(args) == 1 and isinstance(args[0], Obj) and args[0].cls is cls and not _may_copy(cls):
+            return args[0]  # a copy
         self.made[key] = this
         if self.is_idle(cls.node):
             return this
@@ -266,6 +314,9 @@ class Statements(Choices):
             frame = Frame(cls.path, cls.full, this, cls)
             self._bases(cls, this, {}, args, node, frame)
             self._members(cls, this, {}, frame)
+            lambdas = tuple(each for each in args if isinstance(each, Lambda))
+            if cls.bases and lambdas:  # a template extends all of them: ``overloaded{...}``
+                this.fields[CALLED] = Either(lambdas)
             if not cls.bases:  # an aggregate: its members in order, or by name
                 for order, item in zip(cls.fields, args, strict=False):
                     is_named = isinstance(item, Made) and item.path.startswith(".")
@@ -275,6 +326,7 @@ class Statements(Choices):
                         cls.fields.get(name, (None, None))[0], value, node, frame
                     )
             return
+        self.followed.add(routine.node.id)
         frame = self.frame_of(routine, args, this, [])
         inits: dict[str, Node | None] = {}
         own = None
@@ -325,17 +377,21 @@ class Statements(Choices):
             return coerced(text_of(kind), value)
         inner = arguments_of(kind)
         if inner and path_of(kind).endswith("vector"):
-            cls = self.class_of(self.type_text(inner[0], frame), frame)
-            if cls is not None:
-                made: list[Value] = []
-                for turn, each in enumerate(value.values):
-                    self.turns.append(turn)  # each item of the list is an object of its own
-                    is_list = isinstance(each, Items)
-                    made.append(self.construct(cls, each.values, [], node, frame) if is_list else each)  # type: ignore[attr-defined]
-                    self.turns.pop()
-                return Items(made, value.is_open)
-            return value
+            return self._aggregates(value, inner[0], node, frame)
         return self.declared(kind, value.values, node, frame)
+
+    def _aggregates(self, value: Value, kind: Node | None, node: Node, frame: Frame) -> Value:
+        """Return a list of objects: those in braces are made, each one an object of its own."""
+        cls = self.class_of(self.type_text(kind, frame), frame) if kind is not None else None
+        if cls is None or not isinstance(value, Items):
+            return value
+        made: list[Value] = []
+        for turn, each in enumerate(value.values):
+            self.turns.append(turn)
+            is_list = isinstance(each, Items)
+            made.append(self.construct(cls, each.values, [], node, frame) if is_list else each)  # type: ignore[attr-defined]
+            self.turns.pop()
+        return Items(made, value.is_open, cls)
 
     def _bases(
         self,
@@ -355,6 +411,8 @@ class Statements(Choices):
             if is_node(name):
                 self.library.make_node(this, name, given, node, frame)
             elif inner is not None and inner is not cls and len(self.calls) < MOST_CALLS:
+                if path_of(base) in cls.templates:
+                    this.policies.append(inner)
                 self.calls.append((inner.node.id, 1))
                 types = [self.template_text(each, frame) for each in arguments_of(base)]
                 this.types |= dict(zip(inner.templates, types, strict=False))
@@ -362,7 +420,7 @@ class Statements(Choices):
                     self._construct(inner, this, given, node, frame)
                 finally:
                     self.calls.pop()
-            elif inner is None:
+            elif inner is None and name not in cls.templates:
                 call = Call(node, frame, name, given)
                 if self.library.call(call) is None:
                     self.escapes(call)
@@ -406,6 +464,8 @@ class Statements(Choices):
                 this.fields[name] = self._field(kind, text, args, where, frame)
 
     def _field(self, kind: Node, text: str, args: list[Value], where: Node, frame: Frame) -> Value:
+        if len(args) == 1 and text in frame.types | dict.fromkeys(frame.cls.templates if frame.cls else ()):
+            return args[0]  # its type is a parameter of a template
         is_plain = len(args) == 1 and any(isinstance(each, (Obj, Made)) for each in options(args[0]))
         if is_plain and isinstance(args[0], Obj) and not arguments_of(kind):
             cls = self.class_of(self.type_text(kind, frame), frame)
@@ -442,3 +502,8 @@ def _is_array(declarator: Node) -> bool:
     """Return whether a variable is declared as an array, as in ``const char * names[] = {...}``."""
     inner = declarator.child_by_field_name("declarator")
     return declarator.type == "array_declarator" or (inner is not None and _is_array(inner))
+
+
+def _may_copy(cls: ClassInfo) -> bool:
+    """Return whether a class has a constructor with one argument, which may be that for copies."""
+    return any(len(each.parameters) == 1 for each in cls.methods.get(cls.name, []))

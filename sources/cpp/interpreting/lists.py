@@ -17,6 +17,7 @@ from dineros.sources.cpp.values import (
     is_same_item,
     one_of,
     options,
+    value_of,
 )
 
 _ADDS = {
@@ -48,6 +49,8 @@ def items(machine: Statements, call: Call, on: Items) -> Value:
         index = constant(call.args[0]) if call.args else None
         if index in on.keys and len(on.keys) == len(on.values) and not on.is_open:
             return on.keys[index]
+        if call.last == "at" and on.is_map:
+            return one_of([value_of(each) for each in on.values])
         if call.last == "at" and isinstance(index, int) and 0 <= index < len(on.values) and not _is_map(on):
             return on.values[index]
         return one_of(on.values)

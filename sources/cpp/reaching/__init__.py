@@ -1,0 +1,1 @@
+"""Records which code programs may reach, and have reached."""
