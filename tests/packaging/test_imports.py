@@ -201,8 +201,6 @@ FOLDERS = {
             "transforms",
         ),
     ],
-    "sources/cpp/reaching": ["reach", "reached"],
-    "sources/cpp/remaining": ["overriding", "unfollowed"],
     "sources/cpp/following": [
         *(
             "answers",
