@@ -48,7 +48,7 @@ class Subcommands(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Find a subcommand; the error where there is none names near matches."""
+        """Find a subcommand. If there is none, the error names similar ones."""
         if args and args[0] not in self.list_commands(ctx) and not args[0].startswith("-"):
             hint = near_matches(args[0], self.list_commands(ctx))
             ctx.fail(f"No such command {args[0]!r}{f', {hint}' if hint else ''}")

@@ -108,7 +108,7 @@ class EditedNet:
         ]
 
     def extend(self, name: str, **more: Arcs) -> None:
-        """Give all cases of a transition more arcs: `take`, `put` or `read`."""
+        """Add arcs to all cases of a transition: `take`, `put` or `read`."""
         for kind, arcs in more.items():
             changed = [{kind: _sum(getattr(each, kind), arcs)} for each in self.cases[name]]
             cases = zip(self.cases[name], changed, strict=True)

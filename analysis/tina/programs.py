@@ -83,7 +83,7 @@ class Workplace:
     budget: Budget = UNLIMITED
 
     def save(self, net: CompiledNet | pn.Net, name: str) -> None:
-        """Write a net as a file of a name that ends with ``.net``."""
+        """Write a net to a file whose name ends with ``.net``."""
         from dineros.analysis.nets.models import to_model
         from dineros.metamodel.files import save
 

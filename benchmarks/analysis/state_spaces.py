@@ -134,7 +134,7 @@ def measure(name: str, engine: str) -> str:
 
 
 def warm_up(net: CompiledNet, engine: str) -> None:
-    """Load the kernels of an engine, the explicit ones for markings as wide as those of a net."""
+    """Load the kernels of an engine; explicit search has kernels for each width of markings."""
     if engine in ("symbolic", "reduced"):
         count(classic.philosophers(3), engine)
         return

@@ -50,7 +50,7 @@ def enter(net, goals, stubborn, markings, notes, stack, left, tokens, sums):  # 
 def descend(  # type: ignore[no-untyped-def]
     shape, net, goals, stubborn, markings, notes, stack, left, budget
 ):  # fmt: skip
-    """Enter up to `budget` markings; stops early at a goal, without room, or where a place overflows.
+    """Visit up to `budget` markings. It ends early at a goal, if there is no room, or if a place overflows.
 
     Parameters
     ----------

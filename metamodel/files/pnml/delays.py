@@ -87,7 +87,7 @@ def _ends(arc: pn.Arc) -> tuple[pn.Node, pn.Node]:
 
 
 def convert_test_arcs(net: NetRecord) -> None:
-    """Let test arcs read only what their transition does not take anyhow; those that read nothing go."""
+    """Limit test arcs to tokens that their transition does not take; remove test arcs that read nothing."""
     if not any(arc.kind == "read" for arc in net.arcs):
         return
     taken: Counter[tuple[str, str]] = Counter()
