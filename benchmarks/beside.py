@@ -28,7 +28,7 @@ LEAST, MOST = 3, 41
 TOLERATED = 1.05
 
 WORKER = """
-import json, os, resource, sys, time
+import gc, json, os, resource, sys, time
 try:
     from benchmarks.analysis.state_spaces import NETS, count, warm_up
 except ModuleNotFoundError:  # where it stood before
@@ -45,6 +45,7 @@ for line in sys.stdin:
         warm_up(net, engine)
         count(classic.philosophers(3), engine)
         warm.add((name, engine))
+    gc.collect()  # so that no collection of what others left falls into the count by chance
     reader, writer = os.pipe()
     if not os.fork():
         before, began = used(), time.perf_counter()
