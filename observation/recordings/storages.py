@@ -117,7 +117,8 @@ class Database(storage_sqlite3.Sqlite3Reader):
         assert self.dbconn is not None
         numbers = {connection.id for connection in connections}
         query = f"SELECT topic_id, timestamp, data FROM messages WHERE topic_id IN ({_marks(numbers)})"
-        return cast("Any", self.dbconn.execute(f"{query} ORDER BY timestamp", tuple(numbers)))
+        rows = self.dbconn.execute(f"{query} ORDER BY timestamp", tuple(numbers))
+        return cast("Iterator[tuple[int, int, bytes]]", rows)
 
 
 def _marks(values: Collection[object]) -> str:
