@@ -116,8 +116,10 @@ def _diagrams() -> None:
     """Compile decision diagrams: saturation, operations on sets, counting, garbage collection."""
     from dineros.analysis.symbolic.engine import symbolic_state_space
     from dineros.analysis.symbolic.level_starts import starts
+    from dineros.analysis.symbolic.levels import encode
     from dineros.analysis.symbolic.relations import EventTables
     from dineros.analysis.symbolic.saturation import Diagram
+    from dineros.analysis.symbolic.stages.contraction import contracted
     from dineros.analysis.symbolic.vector_sets import VectorSets
 
     # Some transition is always enabled in rings; here a deadlock is counted.
@@ -136,6 +138,12 @@ def _diagrams() -> None:
     at, everything = [level.initial for level in space.encoding.levels], space.diagram.root
     sets.contains(everything, at)
     sets.descent(at, [sets.image(sets.single(at), everything, backwards=False), everything])
+    step = encode(CompiledNet.build({"a": 1, "b": 0}, [("step", {"a": 1}, {"b": 1})]), keep=range(2))
+    contraction = contracted(step)
+    assert contraction is not None
+    small = Diagram(contraction.encoding, range(len(step.levels)), MEMORY)
+    small.run()
+    contraction.expanded(small)
 
 
 def _formulas() -> None:

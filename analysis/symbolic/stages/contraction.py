@@ -26,7 +26,7 @@ import numpy as np
 
 from dineros.analysis.symbolic.counting import DiagramCounts
 from dineros.analysis.symbolic.kernels import diagrams as store
-from dineros.analysis.symbolic.kernels.expansion import expand
+from dineros.analysis.symbolic.kernels.contraction import expand_nodes
 from dineros.analysis.symbolic.levels import Encoding, Level, LocalEvent, changes
 from dineros.analysis.symbolic.saturation import Diagram, DiagramMemoryError
 
@@ -74,7 +74,7 @@ class Contraction:
         whole = Diagram(self.whole, diagram.order, diagram.memory, first_buckets=buckets)
         of_state = np.array([0, *(i for k in diagram.order for i in self.of_state[k])], dtype=np.int64)
         made = np.zeros(counts.nodes + 1, dtype=np.int32)
-        is_done = expand(
+        is_done = expand_nodes(
             counts.level_of, counts.start, counts.first, counts.child, of_state, whole.mem, whole.heads,
             whole.control, whole.free, whole.base, whole.scratch, made,
         )  # fmt: skip

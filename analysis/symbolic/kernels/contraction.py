@@ -7,7 +7,7 @@ from dineros.analysis.symbolic.kernels.diagrams import FAILED, make_node
 
 
 @kernel(_nrt=False)
-def expand(  # type: ignore[no-untyped-def]
+def expand_nodes(  # type: ignore[no-untyped-def]
     level_of, start, first, child, of_state, mem, heads, control, free, base, buffer, made
 ):  # fmt: skip
     """Make all nodes, numbered as in `DiagramCounts`, into ``made``; False if the store is full.
