@@ -157,6 +157,11 @@ class Effect:
     them has the wait, too.
     """
 
+    pace: float | None = None
+    """Of a loop that sleeps: the least seconds of a turn."""
+    turn: tuple[tuple[Effect, bool], ...] = ()
+    """Of a loop that sleeps: what it publishes at most once in a turn, and whether it certainly does."""
+
     def to_json(self) -> dict[str, Any]:
         """Return the effect in the schema of the facts."""
         found: dict[str, Any] = {"do": self.do, "what": self.what, "at": str(self.at), "when": self.when}
@@ -193,6 +198,8 @@ class CallbackFact:
     """Whether it may do more than its effects say: the reader could not follow it."""
     is_apart: bool = False
     """Whether it runs on a thread of its own, which does not belong to the executor."""
+    is_many: bool = False
+    """Whether several threads may run it at once."""
     body: list[Item] | None = field(default=None, repr=False)
     """The effects in their branches; None if the order could not be followed."""
     answers: dict[str, bool] = field(default_factory=dict)

@@ -81,7 +81,7 @@ class Behaviour:
                 self._taken.lack(
                     f"{at}: waits for {effect.what} ({effect.how}); in the model it continues at once"
                 )
-            if effect.do == "loop" and effect.how:
+            if effect.do == "loop" and effect.how and (effect.pace is None or fact.kind != "thread"):
                 words = f"may loop forever ({effect.what}): {effect.how}"
                 self._taken.lack(f"{at}: {words}; in the model, the loop ends")
             if effect.do == "respond":

@@ -235,7 +235,7 @@ FOLDERS = {
     ],
     "sources/language/computing": ["constants", "operations", "gathering"],
     "sources/language/fields": ["messages", "responses"],
-    "sources/language/running": ["matching", "asking", "progress", "polling", "decorating", "statements"],
+    "sources/language/running": ["pacing", "matching", "asking", "progress", "polling", "decorating", "statements"],
     "sources/libraries/executing": ["unset", "late", "placing", "executors"],
     "observation": [
         *(

@@ -222,7 +222,9 @@ class _Behaving:
                 words = f"not all that the {fact.kind} {fact.name} does could be read; omitted in the model"
                 self._taken.lack(f"{self._at(fact.at)}: {words}")
             if fact.kind in _OUTSIDE:
-                own += _at_any_time(self._behaviour.steps(fact))
+                steps = _at_any_time(self._behaviour.steps(fact))
+                paced = self._paced(fact) if steps else []
+                own += [step for step in steps if step.at not in paced]
         if own:
             self._at_any_time(MAIN, own, self._fact.at)
         for fact in self._fact.callbacks:
@@ -230,6 +232,33 @@ class _Behaving:
             if steps:
                 name = re.sub(r"\W+", "_", fact.name).strip("_") or "event"
                 self._at_any_time(name, steps, fact.at)
+
+    def _paced(self, fact: CallbackFact) -> list[str]:
+        """Add a timer for each loop of a thread that sleeps in each turn; return where only these publish."""
+        found: list[str] = []
+        inside: set[int] = set()
+        loops = [each for each in fact.effects if each.pace is not None and each.when == "always"]
+        if fact.is_many or fact.kind == "constructor":
+            return found
+        for loop in loops:
+            is_sure = bool(loop.how) and all(
+                each.do == "publish" for each in fact.effects[: fact.effects.index(loop)]
+            )
+            steps = [
+                replace(step, times=step.times or ("" if is_sure and is_certain else "?"))
+                for effect, is_certain in dict(loop.turn).items()
+                if (step := self._behaviour.in_branch(effect)) is not None
+            ]
+            if steps:
+                name = free_name(re.sub(r"\W+", "_", fact.name).strip("_") or fact.kind, self._timers)
+                self._timers[name] = loop.pace or 0.0
+                self._callbacks[name] = GivenCallback(
+                    tuple(steps), self._groups.outside(), at=self._at(loop.at)
+                )
+                inside |= {id(effect) for effect, _ in loop.turn}
+                found += [step.at for step in steps]
+        others = {self._at(each.at) for each in fact.effects if id(each) not in inside}
+        return [each for each in found if each not in others]
 
     def _at_any_time(self, name: str, steps: list[Step], at: Place) -> None:
         name = free_name(name, self._timers)

@@ -23,6 +23,7 @@ from dineros.sources.language.machine import BREAKS, CONTINUES, FALLS, RAISES, R
 from dineros.sources.language.modules import text_of_code
 from dineros.sources.language.running.decorating import Decorating
 from dineros.sources.language.running.matching import merge
+from dineros.sources.language.running.pacing import pace_of, published_in
 from dineros.sources.language.values import (
     SETTINGS,
     Const,
@@ -357,6 +358,10 @@ class Statements(Decorating):
         loop = self.effect("loop", f"while {_text(node.test)}", node, frame, why)
         before = len(self.attributes.changed)
         found = self._open_loop(node.body, frame, lambda: None, condition, is_entered=is_endless)
+        turn = self.activity.block[-1]
+        if isinstance(turn, Loop):
+            loop.pace = pace_of(turn.body)
+            loop.turn = tuple(published_in(turn.body)) if loop.pace is not None else ()
         self._awaits(node, frame)
         effects = self.activity.fact.effects
         spins = any(each.do.startswith("spin") for each in effects[effects.index(loop) :])

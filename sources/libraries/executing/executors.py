@@ -285,6 +285,8 @@ class Executors(Places):
                 continue
             line = at.line if at is not None else getattr(node, "lineno", 0)
             fact = self.machine.later(each, "thread", self.machine.activity.node, args, line)
+            activity = self.machine.activity
+            fact.is_many |= id(fact) in self.orders or bool(activity.loops) or self.doer.is_callback()
             self.orders.setdefault(id(fact), self.machine.next_order())
             if self.doer.is_callback():
                 place = (
