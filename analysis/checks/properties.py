@@ -26,6 +26,10 @@ FIRST = Share(time=0.08, most_seconds=5.0)
 """Share of each property before all other questions."""
 
 
+PARTS_SECONDS, PARTS_SHARE = 60.0, 0.25
+"""The same for each bound of a time that some nodes may decide."""
+
+
 class Properties(Question):
     """Whether the properties that the model stores hold as expected."""
 
@@ -67,7 +71,7 @@ class Properties(Question):
             Properties.ask_first(self, checked)
 
     def ask_bounds(self, checked: Checked) -> None:
-        """Prove bounds of latencies by response-time analysis, before anything that takes long."""
+        """Prove bounds of times by response-time analysis or some nodes, before anything that takes long."""
         from dineros.analysis.requirements.asking import question_of
         from dineros.analysis.requirements.stored import Asked
 
@@ -79,12 +83,21 @@ class Properties(Question):
                 except FormulaError:
                     continue  # what is open, or cannot be read, is asked again
                 if isinstance(question, Asked):
+                    self._ask_parts(checked, property, shown, question)
                     continue
                 checked.budget.stage(f"whether {shown} holds")
                 outcome = question.by_bounds()
                 if outcome is not None:
                     self._say(checked, property, shown, question, outcome)
                     checked.bounded[_mark(property)] = checked.report.proved[-1]
+
+    def _ask_parts(self, checked: Checked, property: sym.Property, shown: str, question: Asked) -> None:
+        if question.reading.is_negated:
+            return
+        outcome = question.by_parts(checked.budget.share(PARTS_SHARE).at_most(PARTS_SECONDS))
+        if outcome is not None:
+            self._say(checked, property, shown, question, outcome)
+            checked.told.add(_mark(property))
 
     def ask(self, checked: Checked) -> None:
         """Ask those that are left one after the other, each with its share of what is left."""

@@ -49,6 +49,9 @@ VARIANTS: dict[str, SignalVariant] = {
 }
 """Makes the net for the question from a property's statements about signals."""
 
+PARTS_SHARE = 0.4
+"""Part of the time for proofs by some nodes, before all nodes are looked at."""
+
 UNFAIR = "a run violates it, and it is unknown whether runs with times are fair"
 
 _SEEN_AT_ONCE = {(ForAll, Globally), (Exists, Finally), (ForAll, Next), (Exists, Next)}
@@ -85,6 +88,15 @@ class Asked:
         """Decide the property with the engine that suits it; with times, if the net has them."""
         return self.verdict(self.outcome(budget, orders))
 
+    def by_parts(self, budget: Budget) -> Outcome | None:
+        """Prove it with times by some nodes of the model; None if they do not prove it."""
+        from dineros.analysis.requirements.parts import holds_in_part
+
+        formula = self.reading.formula
+        if self.reading.logic != "ltl" or not isinstance(self.subject, TimedSubject):
+            return None
+        return holds_in_part(self.subject, formula, budget)
+
     def outcome(self, budget: Budget, orders: OrderCache | None = None) -> Outcome:
         """Answer the question, which may be the property turned round; see `verdict`."""
         question = self.question(orders)
@@ -92,6 +104,9 @@ class Asked:
             if isinstance(self.reading.formula, Bounded):
                 return Outcome("unknown", reason="it bounds times, which requires --time")
             return ENGINES["auto"].answer(question, budget)
+        part = self.by_parts(budget.share(PARTS_SHARE))
+        if part is not None:
+            return part
         is_fair = bool(self.weak or self.strong)
         if is_fair and isinstance(question, Linear):
             question = replace(question, weak=(), strong=())

@@ -80,12 +80,17 @@ class Robot:
     mistake : str
         What is wrong with it: ``"asks once"``, where the mission asks once to cancel a goal, and minds no
         more; ``"docks at once"``, where it sends the robot to the dock before that goal is over; or nothing.
+    waypoints : int
+        How many of `ROUND` it has.
+    has_feedback : bool
+        Whether the navigator tells how far it is.
     """
 
-    def __init__(self, mistake: str = "") -> None:
+    def __init__(self, mistake: str = "", waypoints: int = len(ROUND), has_feedback: bool = True) -> None:
         self.model = sym.SystemModel(id="mobile_robot", name="mobile_robot", middleware="ros2")
         self.types = Types(self.model)
         self.places: dict[str, sym.Place] = {}
+        self.waypoints, self.has_feedback = waypoints, has_feedback
         self.mission(mistake)
         self.navigator()
         self.lidar()
@@ -101,9 +106,10 @@ class Robot:
     def mission(self, mistake: str) -> None:
         """Send the robot on its round; let it charge when the battery is low."""
         net = self.node("mission", "Again")
-        waypoints = self.place(net, "Waypoints", tokens=len(ROUND))
+        waypoints = self.place(net, "Waypoints", tokens=self.waypoints)
         waypoints.balloons.extend(
-            sym.BalloonToken(data=f'{{"name": "{name}", "x": {x}, "y": {y}}}') for name, x, y in ROUND
+            sym.BalloonToken(data=f'{{"name": "{name}", "x": {x}, "y": {y}}}')
+            for name, x, y in ROUND[: self.waypoints]
         )
         closed, idle, retries = (
             self.place(net, id, n) for id, n in (("Closed", 0), ("Idle", 1), ("Retry", 1))
@@ -144,7 +150,8 @@ class Robot:
             read(recalled, insist)
             flow(insist, recall)
         step(net, "TCharged", [charged], [idle])
-        step(net, "TNote", [self.place(net, "Way", type=self.types.progress)])
+        if self.has_feedback:
+            step(net, "TNote", [self.place(net, "Way", type=self.types.progress)])
 
     def navigator(self) -> None:
         """Drive to one waypoint at a time."""
@@ -156,13 +163,17 @@ class Robot:
             page, "Target", "Driving", "There", "Blocked", "Stop", "Stopped", "Leg"
         )
         leg.tokenType = self.types.charge
-        told = self.place(page, "Told", type=self.types.progress)
-        told.capacity = 1
+        tells = [self.place(page, "Told", type=self.types.progress)] if self.has_feedback else []
+        for told in tells:
+            told.capacity = 1
         scan = self.place(callback(net, "OnScan"), "Scan", type=self.types.range)
         rest, ahead, permit = here(standing, page), here(scan, page), here(permits, page)
         step(page, "TDrive", [target, permit, rest], [driving, leg])
         step(page, "TArrive", [driving], [there, rest], clause="AtGoal")
-        step(page, "TProceed", [driving, ahead], [driving, told])
+        if self.has_feedback:
+            step(page, "TProceed", [driving, ahead], [driving, *tells])
+        else:  # a scan that changes nothing keeps no other transition waiting
+            read(driving, step(page, "TProceed", [ahead]))
         step(page, "TBlocked", [driving, ahead], [blocked, rest])
         step(page, "TBrake", [driving, stop], [stopped, rest])
         step(page, "TStay", [target, stop], [stopped])
@@ -262,7 +273,7 @@ class Robot:
                 aborted=places["Blocked"],
                 canceled=places["Stopped"],
                 cancel=places["Stop"],
-                feedback=places["Told"],
+                feedback=places.get("Told"),
                 mayReject=True,
             ),
             clients=[
@@ -274,7 +285,7 @@ class Robot:
                     canceled=places["Back"],
                     rejected=places["Refused"],
                     cancel=places["Recall"],
-                    feedback=places["Way"],
+                    feedback=places.get("Way"),
                 )
             ],
             model=self.model,
@@ -327,9 +338,9 @@ class Robot:
         )
 
 
-def build(mistake: str = "") -> sym.SystemModel:
-    """Return the robot, as it is or with a mistake."""
-    return Robot(mistake).model
+def build(mistake: str = "", waypoints: int = len(ROUND), has_feedback: bool = True) -> sym.SystemModel:
+    """Return the robot, as it is or with a mistake; see `Robot`."""
+    return Robot(mistake, waypoints, has_feedback).model
 
 
 def main() -> None:

@@ -19,7 +19,11 @@ from click.testing import CliRunner, Result
 
 from benchmarks.endurance import stops_and_kills
 from benchmarks.endurance.applications import APPLICATIONS
+from dineros.analysis.answers.budget import Budget
 from dineros.analysis.checks.check import check
+from dineros.analysis.requirements.stored import asked
+from dineros.analysis.timed.timed_subject import timed_base_subject
+from dineros.analysis.timed_checks.timed_check import check_timed
 from dineros.cli.main import main
 from dineros.generators import Options
 from dineros.generators import check as compare
@@ -28,6 +32,8 @@ from dineros.metamodel import sym
 from dineros.metamodel.constraints import validate
 from dineros.metamodel.files import save
 from dineros.runtime.ros.process.environment import ros_environment
+from examples.mobile_robot.build import PATIENCE as PATIENCE_OF_MISSION
+from examples.mobile_robot.timed import ASKED, CHARGED, DEADLINES, LATENCY, REACTION, build_timed
 from tests.support.programs.launching import commands
 from tests.support.programs.on_ros import on_ros
 from tests.support.type_checker import strict_mypy
@@ -53,6 +59,39 @@ def test_the_files_are_what_the_script_builds(tmp_path: Path) -> None:
     for path, mistake in ((MODEL, ""), (EARLIER, "asks once")):
         save(built(mistake), tmp_path / path.name)
         assert (tmp_path / path.name).read_bytes() == path.read_bytes()
+
+
+def test_the_timed_file_is_what_its_script_builds(tmp_path: Path) -> None:
+    save(build_timed(), tmp_path / "timed.sym.xmi")
+    assert (tmp_path / "timed.sym.xmi").read_bytes() == (HOME / "mobile_robot_timed.sym.xmi").read_bytes()
+    found = {each.constraint for each in validate(build_timed())}
+    assert found == {"topic-survives-restarts"}
+
+
+@pytest.mark.long
+def test_deadlines_are_sums_of_what_lies_on_the_way() -> None:
+    """Some nodes prove them, and no bound that is 10 ms shorter."""
+    arrives, sooner = REACTION + LATENCY, 0.01
+    again = PATIENCE_OF_MISSION + REACTION
+    assert pytest.approx(again + 4 * arrives + 4 * REACTION) == ASKED
+    assert pytest.approx(2 * arrives + 6 * REACTION) == CHARGED
+    model = build_timed()
+    subject = timed_base_subject(model)
+    for id, bound in (("AsksForTheDockInTime", ASKED), ("IsChargedInTime", CHARGED)):
+        (property,) = (each for each in model.properties if each.id == id)
+        for seconds in (bound, bound - sooner):
+            property.text = DEADLINES[id].replace(f"within {bound}", f"within {seconds:g}")
+            found = asked(property, subject).by_parts(Budget(seconds=120))
+            assert (found is not None) == (seconds == bound), property.text
+
+
+@pytest.mark.long
+def test_with_times_all_properties_hold() -> None:
+    model = build_timed()
+    report = check_timed(model, Budget(seconds=90))
+    assert {each.severity for each in report.findings} <= {"note"}
+    for each in model.properties:
+        assert [line for line in report.proved if line.startswith(f"property {each.id} holds")], each.id
 
 
 def test_what_validate_says_is_meant() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dineros.metamodel import pn, sym
+from dineros.metamodel.matching import is_best_effort
 from dineros.metamodel.times.given import (
     gives_up_in_time,
     goals_taken_until,
@@ -33,6 +34,33 @@ class OnTheWay(Query):
     datatype = WHOLE
     _words = "messages on their way from {} to {}"
     _answer = staticmethod(on_the_way)
+
+
+class ArrivesNext(Query):
+    """Whether messages without clocks, which nothing else removes, have a maximum latency."""
+
+    datatype = TRUTH
+    _words = "messages from {} to {} have a maximum latency and no clocks"
+
+    @staticmethod
+    def _answer(writer: sym.PublisherPort, reader: sym.SubscriberPort) -> bool:
+        latency = latency_between(writer, reader)
+        if latency is None or latency.latest is None or is_best_effort(writer, reader):
+            return False
+        return lifespan_between(writer, reader) is None and not on_the_way(writer, reader)
+
+
+class ArrivesUntil(Query):
+    """Maximum latency of a message from a publisher to a subscriber."""
+
+    datatype = REAL
+    _words = "maximum latency from {} to {}"
+
+    @staticmethod
+    def _answer(writer: sym.PublisherPort, reader: sym.SubscriberPort) -> float:
+        latency = latency_between(writer, reader)
+        assert latency is not None and latency.latest is not None
+        return latency.latest
 
 
 class Lifespan(Query):

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
-from dineros.transformations.language import Expression, Fragment, Index, Made, Meaning, Node, less
+from dineros.transformations.language import Expression, Fragment, Index, Made, Meaning, New, Node, Path, less
 from dineros.transformations.rules.histories import PAIR, R2, R3, AnyManaged
 from dineros.transformations.rules.notation import (
     arc,
@@ -23,7 +23,14 @@ from dineros.transformations.rules.notation import (
     topic_with_ports,
 )
 from dineros.transformations.rules.phases import Phase, StandardRule
-from dineros.transformations.rules.queries.message_times import CallLatency, CallsOnTheWay, Latency, OnTheWay
+from dineros.transformations.rules.queries.message_times import (
+    ArrivesNext,
+    ArrivesUntil,
+    CallLatency,
+    CallsOnTheWay,
+    Latency,
+    OnTheWay,
+)
 from dineros.transformations.rules.queries.times import PublishesWithoutEnd
 from dineros.transformations.rules.requests import R5Client, R6Client
 from dineros.transformations.rules.services import S1
@@ -83,6 +90,24 @@ class D5Open(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
     waits = inhibit(received, queue.leave)
 
     where = [~AnyManaged(writer, reader), PublishesWithoutEnd(writer, reader)]
+
+
+class D5Next(StandardRule, phase=Phase.timing, middleware="ros2", overflow="weighted", times=True):
+    """Of messages whose number is unbounded, the first one arrives within the latency after the one before.
+
+    Really it arrives within the latency after its publication, which was not later than it became the first
+    one. What displaces messages takes all of them, so the time starts again.
+    """
+
+    channel, writer, reader = topic_with_ports()
+    queue = Made(R2.queue, of=[writer, reader])
+    leave = Node(pn.Transition, of=queue.leave)
+
+    next = New(
+        pn.TimeInterval, into=Path(leave, "interval"), earliest=0.0, latest=ArrivesUntil(writer, reader)
+    )
+
+    where = [~AnyManaged(writer, reader), ArrivesNext(writer, reader)]
 
 
 class D5Order(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
