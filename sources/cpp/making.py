@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from dineros.sources.cpp.following.calls import Call
-from dineros.sources.cpp.following.machine import CONTROLLERS
+from dineros.sources.cpp.following.machine import CONTROLLERS, MANAGER
 from dineros.sources.cpp.following.statements import Statements
 from dineros.sources.cpp.interpreting.groups import read_group
 from dineros.sources.cpp.interpreting.naming import (
@@ -89,6 +89,8 @@ class Maker:
         cls = this.cls.name if this.cls is not None else "rclcpp::Node"
         is_controller = kind in CONTROLLERS
         args = [Open("the controller manager gives the name")] if is_controller else args
+        if kind == MANAGER:
+            args = args[1:] or [Const("ComponentManager")]
         name, space = args[0] if args else Open("a name"), args[1] if len(args) > 1 else None
         fact = NodeFact(cls, place, shown(name), program=self.machine.program)
         fact.namespace = str(space.value).strip("/") if isinstance(space, Const) and space.value else ""

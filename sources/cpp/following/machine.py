@@ -40,9 +40,11 @@ _Led = tuple[str, tuple[tuple[int, ...], ...], tuple[int, ...], tuple[tuple[int,
 _MOST_TIMES = 4
 """Limit of how often one line counts; beyond, it is any number of times."""
 
+MANAGER = "rclcpp_components::ComponentManager"
+"""The node of containers of components; its first argument is an executor."""
 NODES = {
     *("rclcpp::Node", "rclcpp_lifecycle::LifecycleNode", "nav2_util::LifecycleNode"),
-    *("nav2::LifecycleNode", "rclcpp::node::Node", "LifecycleNode"),
+    *("nav2::LifecycleNode", "rclcpp::node::Node", "LifecycleNode", MANAGER),
 }
 """Classes of libraries that are nodes."""
 CONTROLLERS = {

@@ -21,6 +21,8 @@ _ACTS = re.compile(
 )
 """Words of code that does something that a model represents."""
 _WORD = re.compile(rb"[A-Za-z_]\w*")
+_CALLED = re.compile(rb"(?<![\w:])(?:\w+::)*(?=\w)([A-Za-z_]\w*)\s*\(|&\s*(?:\w+::)*([A-Za-z_]\w*)")
+"""A function that code calls, or of which it takes the address."""
 _MOST_DEEP = 12
 """Limit of the calls from a function to one that acts."""
 
@@ -76,7 +78,7 @@ class _Known:
     def routines(self) -> Iterator[Routine]:
         """Yield the functions, and the methods of classes of which objects were made."""
         for each in self._every:
-            if each.cls is None or id(each.cls) in self._made:
+            if (each.cls is None and each.name != "main") or id(each.cls) in self._made:
                 yield each
 
     def lambdas(self) -> Iterator[tuple[Routine, Node]]:
@@ -127,7 +129,8 @@ class _Known:
 
     def _words_of(self, node: Node) -> frozenset[bytes]:
         if node.id not in self._words:
-            self._words[node.id] = frozenset(_WORD.findall(node.text or b""))
+            found = _CALLED.findall(_code(node))
+            self._words[node.id] = frozenset(one or other for one, other in found)
         return self._words[node.id]
 
 
