@@ -156,6 +156,11 @@ class Expressions(Collections):
 
     def attribute(self, value: Value, name: str, text: str, node: ast.AST, frame: Frame) -> Value:
         """Return an attribute of a value, including methods."""
+        if isinstance(value, Object) and name != "__dict__":
+            own = value.cls.own_reading
+            if own is None or name.startswith("__") or any(each.node is own.node for each in self.calls):
+                return self.plain_attribute(value, name, text, node, frame)
+            return self.call(Bound(own, value), [Const(name)], {}, node, frame)
         if isinstance(value, Either):
             return join(
                 self.attribute(each, name, text, node, frame) for each in value.options if not is_none(each)
@@ -199,10 +204,6 @@ class Expressions(Collections):
             return Mapping(
                 {key: self.read_slot(value, key) or Open(key) for key in value.slots}, holder=value
             )
-        if isinstance(value, Object) and not name.startswith("__"):
-            own = self.look_up(value.cls, "__getattribute__")
-            if isinstance(own, Function) and all(each.node is not own.node for each in self.calls):
-                return self.call(Bound(own, value), [Const(name)], {}, node, frame)
         return self.plain_attribute(value, name, text, node, frame)
 
     def plain_attribute(self, value: Value, name: str, text: str, node: ast.AST, frame: Frame) -> Value:

@@ -202,6 +202,14 @@ class Class(Value):
         """Return the dotted names of the bases that are not in the folder."""
         return [each.path for each in self.order() if isinstance(each, Outside)]
 
+    @cached_property
+    def own_reading(self) -> Function | None:
+        """Its ``__getattribute__``, if it has one."""
+        found = next(
+            (each.names["__getattribute__"] for each in self.inside if "__getattribute__" in each.names), None
+        )
+        return found if isinstance(found, Function) else None
+
     def is_enum(self) -> bool:
         """Return whether it is an enumeration."""
         return any(path.startswith("enum.") for path in self.outside())
@@ -487,22 +495,30 @@ def same(one: Value, other: Value) -> bool:
 
 def identity(value: Value) -> Hashable:
     """Return a key that two values share if they are certainly the same."""
-    if isinstance(value, Const):
-        known = value.value
-        return type(known), known if isinstance(known, _PLAIN) else id(known)
-    if isinstance(value, Open):
-        return type(value), value.text, id(getattr(value, "effect", None))
-    if isinstance(value, (Text, Outside)):
-        return type(value), *vars(value).values()
-    if isinstance(value, Bound):
-        return Bound, id(value.function), id(value.instance)
-    if isinstance(value, Port):
-        return Port, id(value.entity)
-    if isinstance(value, Goal):
-        return Goal, value.side, id(value.entity)
-    if isinstance(value, Future):
-        return Future, value.of, id(value.effect), id(value.entity)
-    return id(value)
+    of_type = _IDENTITIES.get(type(value))
+    return id(value) if of_type is None else of_type(value)
+
+
+def _of_constant(value: Const) -> Hashable:
+    known = value.value
+    return type(known), known if isinstance(known, _PLAIN) else id(known)
+
+
+def _of_unknown(value: Open) -> Hashable:
+    return type(value), value.text, id(getattr(value, "effect", None))
+
+
+_IDENTITIES: dict[type[Value], Callable[[Any], Hashable]] = {
+    Const: _of_constant,
+    **dict.fromkeys((Open, Message, Response, SomeFunction), _of_unknown),
+    Text: lambda value: (Text, value.text),
+    Outside: lambda value: (Outside, value.path, value.is_star),
+    Bound: lambda value: (Bound, id(value.function), id(value.instance)),
+    Port: lambda value: (Port, id(value.entity)),
+    Goal: lambda value: (Goal, value.side, id(value.entity)),
+    Future: lambda value: (Future, value.of, id(value.effect), id(value.entity)),
+}
+"""The keys of values that are the same although they are other objects, by type."""
 
 
 def options(value: Value | None) -> list[Value]:
