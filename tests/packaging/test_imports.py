@@ -233,9 +233,18 @@ FOLDERS = {
         ),
         *("conditions", "assigning", "running", "instances", "calls"),
     ],
-    "sources/language/computing": ["constants", "operations", "gathering"],
+    "sources/language/computing": ["constants", "operations", "gathering", "names"],
     "sources/language/fields": ["messages", "responses"],
-    "sources/language/running": ["pacing", "matching", "asking", "progress", "polling", "decorating", "statements"],
+    "sources/language/running": [
+        "pacing",
+        "matching",
+        "asking",
+        "progress",
+        "polling",
+        "decorating",
+        "loops",
+        "statements",
+    ],
     "sources/libraries/executing": ["unset", "late", "placing", "executors"],
     "observation": [
         *(

@@ -5,8 +5,8 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterable
 
+from dineros.sources.language.computing.names import shared, shared_name
 from dineros.sources.language.endings import asks_for_shutdown
-from dineros.sources.language.expressions import shared, shared_name
 from dineros.sources.language.modules import Modules
 from dineros.sources.language.running.matching import Matching
 from dineros.sources.language.values import (
