@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from dineros.analysis.bounds.work import NotBoundedError
-from dineros.metamodel import pn, sym
+from dineros.metamodel import sym
 from dineros.metamodel.callbacks.groups import callback_page_of, holds_thread, runs_callbacks, works_on_goals
 from dineros.metamodel.callbacks.waiting import outstanding_counts
 from dineros.metamodel.calls import UNLIMITED
-from dineros.metamodel.elements import channels, label, node_net_of, resolve
+from dineros.metamodel.elements import channels, label, node_net_of
 from dineros.metamodel.times.given import runs_at_once
 from dineros.metamodel.times.paces import slots
-from dineros.metamodel.times.runs import only_put_by
 
 
 def why_not_followed(page: sym.CallbackPage, is_exclusive: bool, is_server: bool) -> str:
@@ -74,11 +73,7 @@ class Requests:
     def of(self, client: sym.ClientPort) -> int | None:
         """Return how many requests of a client are under way at most; None without a limit."""
         number, page = self._counts[client], callback_page_of(client.request)
-        place = resolve(client.request)
-        if page is not None:
-            copies = self._copies_of(page)
-        elif isinstance(place, pn.Place):  # all copies of a page can share a place next to it
-            copies = _sum(self._copies_of(each) for each in only_put_by(place) or () if each.kind in _COPIED)
+        copies = 1 if page is None else self._copies_of(page)
         return None if number == UNLIMITED or copies is None else number * max(1, copies)
 
     def all_of(self, clients: Iterable[sym.ClientPort]) -> int | None:

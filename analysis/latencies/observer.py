@@ -28,6 +28,7 @@ from typing import Any
 from dineros.analysis.latencies.editing import PLAIN, Case, EditedNet, Firing
 from dineros.analysis.latencies.following.engines import FollowedEngine, require_plain
 from dineros.analysis.latencies.following.messages import FollowedMessages, StartOfInstance
+from dineros.analysis.latencies.following.requests import follow_requests
 from dineros.analysis.latencies.following.runs import FollowedRuns
 from dineros.analysis.latencies.markers import (
     ARMED,
@@ -223,15 +224,9 @@ class Observer:
             )
         places = self._parts.requests[service]
         self._is_exact &= len(places) == 1 and self._asks != "reaction"
-        for at, place in enumerate(places):
-            waits = self._net.place(f"observer {number} request {at}")
-            for producer in self._net.producers(place):
-                self._net.split(producer, [PLAIN, Case(take={IDLE: 1}, put={WATCHING: 1, waits: 1})])
-            for run in self._parts.runs_of(page):
-                for begin in self._runs.beginnings(run):
-                    if place in self._net.original(begin).take:
-                        follows = Case(take={waits: 1}, put=begun[id(run)])
-                        self._net.split(begin, [Case(inhibit={waits: 1}), follows])
+        runs = [(run, begun[id(run)]) for run in self._parts.runs_of(page)]
+        for place in places:
+            follow_requests(self._net, self._runs, runs, place, self._most(place))
 
     def _take(
         self,

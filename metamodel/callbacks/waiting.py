@@ -15,7 +15,7 @@ goals.
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
@@ -91,7 +91,7 @@ def outstanding_counts(model: sym.SystemModel, runs_overlap: bool = False) -> di
     silent = [each for each in counts if each.outstanding is None and _sends_freely(each)]
     waiting = Waiting(model) if silent else None
     runs = {client: _runs_asking(client) for client in silent} if runs_overlap else {}
-    overlapping = Waiting(model, runs_overlap=True) if max(runs.values(), default=1) > 1 else None
+    overlapping = Waiting(model, runs_overlap=True) if any(number != 1 for number in runs.values()) else None
     for client in silent:
         if waiting is not None and not waiting.waits(client):
             counts[client] = UNLIMITED
@@ -100,22 +100,66 @@ def outstanding_counts(model: sym.SystemModel, runs_overlap: bool = False) -> di
     return counts
 
 
-def _runs_asking(client: sym.ClientPort) -> int:
-    """Return how many runs of callbacks can wait at once for responses to a client; copies count once."""
-    place = resolve(client.request)
-    model = system_model_of(client)
+def _runs_asking(client: sym.ClientPort, calling: frozenset[sym.CallbackPage] = frozenset()) -> int:
+    """Return how many runs of callbacks can wait at once for responses to a client, or `UNLIMITED`.
+
+    The page of a server or goal has copies, each with a client of its own. If it does not contain the place
+    of the requests, its copies share the client, and all count.
+
+    Parameters
+    ----------
+    calling : frozenset of sym.CallbackPage
+        Pages of servers on the way here: one that calls itself through others has no limit.
+    """
+    runs = [_runs_at_once(page, calling) for page in _asking(client)]
+    return 1 if all(number == 1 for number in runs) else _sum(runs)
+
+
+def _asking(client: sym.ClientPort) -> set[sym.CallbackPage]:
+    """Return the callbacks that put requests of a client, without a page that is copied with the client."""
+    place, model = resolve(client.request), system_model_of(client)
     into = () if model is None else (each for each in arcs(model) if resolve(each.target) is place)
-    pages = {callback_page_of(each.source) for each in into}
-    runs = [_runs_at_once(page) for page in pages if page is not None]
-    return sum(runs) if max(runs, default=1) > 1 else 1
+    asking = {page for each in into if (page := callback_page_of(each.source)) is not None}
+    return {page for page in asking if page is not callback_page_of(place) or page.kind not in _COPIED}
 
 
-def _runs_at_once(page: sym.CallbackPage) -> int:
-    if page.kind == sym.CallbackKind.server or works_on_goals(page):
-        return 1
-    group, node = group_or_node(page), node_net_of(page)
+_COPIED = {sym.CallbackKind.server, sym.CallbackKind.goal}
+"""Callbacks of which each instance of a service or slot of an action has a copy."""
+
+
+def _runs_at_once(page: sym.CallbackPage, calling: frozenset[sym.CallbackPage]) -> int:
+    """Return how many runs of a callback there can be at once, those of all its copies, or `UNLIMITED`."""
+    model, group, node = system_model_of(page), group_or_node(page), node_net_of(page)
+    if model is not None and page.kind == sym.CallbackKind.goal:
+        goals = goals_at_once(model)
+        numbers = [number for action, number in goals.items() if action.server and action.server.page is page]
+        return _sum(UNLIMITED if number is None else number for number in numbers)
     is_reentrant = isinstance(group, sym.CallbackGroup) and group.kind == sym.CallbackGroupKind.reentrant
-    return threads_of(node) if node is not None and (group is None or is_reentrant) else 1
+    overlap = node is not None and (group is None or is_reentrant)
+    if model is not None and page.kind == sym.CallbackKind.server:
+        if not overlap and not page.awaits and runs_callbacks(node):
+            return 1
+        if page in calling:
+            return UNLIMITED
+        services = [each for each in channels(model, sym.ServiceChannel) if each.server.page is page]
+        return _sum(_instances(each, calling | {page}) for each in services)
+    return threads_of(node) if node is not None and overlap else 1
+
+
+def _instances(service: sym.ServiceChannel, calling: frozenset[sym.CallbackPage]) -> int:
+    """Return how many instances a server has: by default one for each client, and each of its copies."""
+    if service.instances is not None:
+        return int(service.instances)
+    around = [callback_page_of(client.request) for client in service.clients]
+    return _sum(
+        1 if page is None or page.kind not in _COPIED else _runs_at_once(page, calling) for page in around
+    )
+
+
+def _sum(numbers: Iterable[int]) -> int:
+    """Return the sum of some numbers, or `UNLIMITED` if one of them is."""
+    known = list(numbers)
+    return UNLIMITED if UNLIMITED in known else sum(known)
 
 
 def _sends_freely(client: sym.ClientPort) -> bool:
@@ -239,9 +283,10 @@ class Waiting:
     def waits(self, client: sym.ClientPort | sym.ActionClientPort) -> bool:
         """Return whether the net itself limits a client to one request or goal under way."""
         stack, seen = [frozenset({_under_way(client)})], set[frozenset[Key]]()
+        shared = self._copies_sharing(client)
         while stack and len(seen) < _MOST_SETS:
             carried = stack.pop()
-            if carried in seen or sum(self._tokens.get(key, 0) for key in carried) > 1:
+            if carried in seen or sum(self._tokens.get(key, 0) for key in carried) > 1 or carried & shared:
                 continue
             seen.add(carried)
             adding = self._adding(carried)
@@ -249,6 +294,12 @@ class Waiting:
                 return True
             stack.extend(carried | {key} for key in adding.takes if key not in carried)
         return False
+
+    def _copies_sharing(self, client: sym.ClientPort | sym.ActionClientPort) -> set[Key]:
+        """Return the turns of pages of which several copies share a client; each copy has a token there."""
+        if not self._runs_overlap or not isinstance(client, sym.ClientPort):
+            return set()
+        return {("turn", page) for page in _asking(client) if _runs_at_once(page, frozenset()) != 1}
 
     def _adding(self, carried: frozenset[Key]) -> _StepChange | None:
         """Return a move that adds tokens to a set of places; None: there is none."""
