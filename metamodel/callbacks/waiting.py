@@ -132,7 +132,7 @@ def _runs_at_once(page: sym.CallbackPage, calling: frozenset[sym.CallbackPage]) 
     model, group, node = system_model_of(page), group_or_node(page), node_net_of(page)
     if model is not None and page.kind == sym.CallbackKind.goal:
         goals = goals_at_once(model)
-        numbers = [number for action, number in goals.items() if action.server and action.server.page is page]
+        numbers = [number for action, number in goals.items() if action.server.page is page]
         return _sum(UNLIMITED if number is None else number for number in numbers)
     is_reentrant = isinstance(group, sym.CallbackGroup) and group.kind == sym.CallbackGroupKind.reentrant
     overlap = node is not None and (group is None or is_reentrant)

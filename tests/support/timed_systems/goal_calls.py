@@ -184,7 +184,9 @@ def _older(ages: tuple[int, ...]) -> tuple[int, ...]:
 
 
 def _put(among: tuple[_T, ...], one: _T) -> tuple[_T, ...]:
-    return tuple(sorted((*among, one)))
+    longer = list(among)
+    longer.append(one)
+    return tuple(sorted(longer))
 
 
 def _without(among: tuple[_T, ...], one: _T) -> tuple[_T, ...]:
