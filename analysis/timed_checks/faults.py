@@ -16,7 +16,7 @@ TOO_LATE = Fault(
 STOPS = Fault(
     "time-stops",
     "error",
-    "Infinitely many firings can happen in no time.",
+    "Transitions that must fire at once fire infinitely often in no time.",
     "time can stop: {loop} can fire again and again in no time",
 )
 LOCKED = Fault(

@@ -25,7 +25,7 @@ from dineros.analysis.witnesses.witness import witness_of
 GRAPH = Share(time=0.3)
 """Part of the time for the graph of strong classes, which only nets with priorities need here."""
 
-NO_LOOP = "no loop of firings happens in no time"
+NO_LOOP = "no loop of transitions that must fire at once, with the interval [0,0]"
 
 Edges = tuple[Int64Array, Int64Array, Int64Array]
 """Sources, targets and transitions."""
@@ -65,7 +65,7 @@ class NeverInTime(Question):
 
 
 class TimeStops(Question):
-    """Whether infinitely many firings can happen in no time, or priorities keep time from going on.
+    """Whether infinitely many firings must happen in no time, or priorities keep time from going on.
 
     A transition with the interval ``[0,0]`` fires before time continues. A loop of such transitions never
     lets time continue. A loop with other transitions may: each of them is enabled again in each round, and

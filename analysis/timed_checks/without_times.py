@@ -135,7 +135,7 @@ def _proved(
 
 
 def time_goes_on(net: TimedNet) -> bool:
-    """Return whether weights of tokens prove that no infinitely many firings happen in no time.
+    """Return whether weights of tokens prove that transitions which must fire at once have no loop.
 
     Each transition with the interval ``[0,0]`` must make the weighted sum of tokens smaller. If there are no
     such weights, nothing is known.
