@@ -60,7 +60,7 @@ KNOWN_GROWTH = 3
 #: Orders after which trials end if one of these is expected to need at most this work for all stages.
 FIRST_ORDERS, EASY_WORK = 2, 1_000_000
 #: Orders that are tried with one stage more, at most; part of the expected work of all stages for that.
-MOST_KEPT, TRIALS_OF_STAGE = 4, 1 / 2
+MOST_KEPT, TRIALS_OF_STAGE = 3, 1 / 4
 #: Part of the work allowed for all stages that trials may take, and work by that of the best trial up to
 #: which a trial goes on.
 TRIAL_PART, WORTH_TRYING = 1 / 4, 3
