@@ -11,9 +11,10 @@ from dineros.metamodel.errors import counted
 from dineros.sources.branches import fields_of_effects
 from dineros.sources.cmake import Component
 from dineros.sources.cpp.calling.doing import Ros
+from dineros.sources.cpp.entries import ClassInfo, Routine
 from dineros.sources.cpp.following.machine import MOST_STEPS, TooLong
 from dineros.sources.cpp.following.statements import Statements
-from dineros.sources.cpp.index import Asked, ClassInfo, Index, Routine
+from dineros.sources.cpp.index import Asked, Index
 from dineros.sources.cpp.interpreting.deferring import find_unanswered, is_deferred
 from dineros.sources.cpp.interpreting.groups import doubt_groups
 from dineros.sources.cpp.interpreting.notified import mark_never_notified

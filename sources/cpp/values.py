@@ -11,7 +11,7 @@ from dineros.sources.facts import CallbackFact, Effect, Entity, NodeFact
 if TYPE_CHECKING:
     from tree_sitter import Node
 
-    from dineros.sources.cpp.index import ClassInfo, Routine
+    from dineros.sources.cpp.entries import ClassInfo, Routine
 
 
 class Value:

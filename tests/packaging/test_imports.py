@@ -173,6 +173,7 @@ FOLDERS = {
             "declarators",
             "tables",
             "macros",
+            "entries",
             "index",
             "values",
             "operations",
@@ -210,10 +211,11 @@ FOLDERS = {
             "statics",
             "operators",
             "expressions",
+            "assigning",
             "routines",
             "calls",
         ),
-        *("fields", "loops", "choices", "statements"),
+        *("fields", "loops", "choices", "constructing", "statements"),
     ],
     "sources/language": [
         *(

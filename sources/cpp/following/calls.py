@@ -7,11 +7,11 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Protocol
 
 from dineros.sources.cpp.declarators import function_of, parameters_of
+from dineros.sources.cpp.entries import ClassInfo
 from dineros.sources.cpp.following.endings.polling import CHANGES, value_in_words
 from dineros.sources.cpp.following.expressions import named
 from dineros.sources.cpp.following.machine import coerced
 from dineros.sources.cpp.following.routines import Routines
-from dineros.sources.cpp.index import ClassInfo
 from dineros.sources.cpp.parsing import arguments_of, path_of, text_of
 from dineros.sources.cpp.quality import RMW_PROFILE, of_rmw
 from dineros.sources.cpp.values import (

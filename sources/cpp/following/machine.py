@@ -8,10 +8,11 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from dineros.sources.branches import Do
+from dineros.sources.cpp.entries import ClassInfo
 from dineros.sources.cpp.following.answers import FunctionText
 from dineros.sources.cpp.following.endings.polling import Polled, value_in_words
 from dineros.sources.cpp.following.ways import Ways
-from dineros.sources.cpp.index import ClassInfo, Index
+from dineros.sources.cpp.index import Index
 from dineros.sources.cpp.parsing import arguments_of, line_of, path_of, text_of
 from dineros.sources.cpp.reaching.reach import Reach
 from dineros.sources.cpp.reaching.reached import Reached

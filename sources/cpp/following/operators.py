@@ -7,8 +7,8 @@ from contextlib import nullcontext
 from typing import TYPE_CHECKING
 
 from dineros.sources.branches import Leave
+from dineros.sources.cpp.entries import ClassInfo, Routine
 from dineros.sources.cpp.following.machine import Machine
-from dineros.sources.cpp.index import ClassInfo, Routine
 from dineros.sources.cpp.parsing import text_of
 from dineros.sources.cpp.values import Either, Frame, Made, Method, Obj, Open, Value, options
 

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 
 from dineros.sources.branches import Called
 from dineros.sources.cpp.declarators import declared, is_pointer
-from dineros.sources.cpp.following.expressions import Expressions, named
+from dineros.sources.cpp.entries import Routine
+from dineros.sources.cpp.following.assigning import Assigning
+from dineros.sources.cpp.following.expressions import named
 from dineros.sources.cpp.following.machine import MOST_CALLS, MOST_STEPS, coerced
-from dineros.sources.cpp.index import Routine
 from dineros.sources.cpp.parsing import arguments_of, path_of, text_of
 from dineros.sources.cpp.values import Const, Either, Frame, Items, Made, Obj, Open, Seconds, Value, options
 
@@ -46,7 +47,7 @@ _OF_CONSTANTS: dict[str, list[tuple[str, ...]]] = {
 """By the type of a constant: the types of parameters that fit, the best first."""
 
 
-class Routines(Expressions):
+class Routines(Assigning):
     """Runs routines."""
 
     def _body(self, body: Node | None, frame: Frame, called: Node, site: Node | None = None) -> Value:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from dineros.sources.cpp.entries import ClassInfo
 from dineros.sources.cpp.following.calls import Call
 from dineros.sources.cpp.following.statements import Statements
-from dineros.sources.cpp.index import ClassInfo
 from dineros.sources.cpp.tables.plugins import Plugin, is_plugin
 from dineros.sources.cpp.values import Const, Made, Open, Value, constant, one_of, options
 

@@ -6,7 +6,8 @@ import re
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from dineros.sources.cpp.index import Index, Routine
+from dineros.sources.cpp.entries import Routine
+from dineros.sources.cpp.index import Index
 
 if TYPE_CHECKING:
     from tree_sitter import Node

@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from dineros.sources.cpp.index import ClassInfo, Routine
+from dineros.sources.cpp.entries import ClassInfo, Routine
 from dineros.sources.cpp.values import Frame, Method
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from dineros.sources.cpp.index import Routine
+from dineros.sources.cpp.entries import Routine
 from dineros.sources.cpp.parsing import line_of, text_of
 
 if TYPE_CHECKING:
