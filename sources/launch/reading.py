@@ -169,7 +169,7 @@ class LaunchFiles:
         machine = _LaunchInterpreter(self._modules, path)
         library = RosLibrary(machine, self._idioms)
         library.substitute = self._substitute
-        library.load = self._load
+        library.standard.load = self._load
         machine.library = library
         return machine
 

@@ -8,9 +8,7 @@ from collections.abc import Callable
 from collections.abc import Mapping as AnyMapping
 from contextlib import nullcontext
 
-from dineros.sources.facts import TRANSFORM, NodeFact, is_open
-from dineros.sources.language.computing.constants import call_built_in
-from dineros.sources.language.computing.gathering import OF_ROS2
+from dineros.sources.facts import TRANSFORM, NodeFact
 from dineros.sources.language.machine import Machine
 from dineros.sources.language.values import (
     NONE,
@@ -30,12 +28,10 @@ from dineros.sources.language.values import (
     Open,
     Outside,
     OutsideMethod,
-    Partial,
     Port,
     RunningNode,
     Text,
     Value,
-    constant,
     join,
     options,
     text_of,
@@ -44,17 +40,17 @@ from dineros.sources.libraries.applying import Idioms
 from dineros.sources.libraries.built_ins import BuiltIns
 from dineros.sources.libraries.command_line import PARSER, call_parser
 from dineros.sources.libraries.containers import of_container
-from dineros.sources.libraries.doing import QUEUES, Doer, Keys, seconds, within
+from dineros.sources.libraries.doing import Doer, Keys, seconds, within
 from dineros.sources.libraries.executing.executors import Executors
 from dineros.sources.libraries.idioms import Idiom
 from dineros.sources.libraries.making import CREATES, Maker
 from dineros.sources.libraries.standard.collected import Collected
 from dineros.sources.libraries.standard.contexts import Contexts
 from dineros.sources.libraries.standard.functional import Functional, calls_at_once
+from dineros.sources.libraries.standard.functions import Standard
 from dineros.sources.libraries.transforms import BUFFERS, timeout_of
 
 _NODES = ("Node", "LifecycleNode", "ManagedNode")
-_ALWAYS_SET = frozenset(("ROS_DISTRO", "HOME", "USER", "PATH", "PWD", "HOSTNAME", "SHELL"))
 _ONLY_LOOK = frozenset(
     (
         *("abs", "bool", "callable", "chr", "float", "hasattr", "hash", "id", "int", "isinstance"),
@@ -68,7 +64,6 @@ _THREADS = frozenset(("threading.Thread", "threading.Timer", "multiprocessing.Pr
 _LOGS = frozenset(("critical", "debug", "error", "exception", "fatal", "info", "log", "warn", "warning"))
 _WAITED_FOR = frozenset(("Barrier", "BoundedSemaphore", "Condition", "Event", "Semaphore"))
 """What one callback waits for, and another one sets."""
-_WAITS = frozenset(("run", "call", "check_call", "check_output"))
 
 _NO_STRANGERS = frozenset((*sys.stdlib_module_names, "rclpy"))
 """Packages whose functions make no ports of a node that they get, or are known."""
@@ -94,11 +89,11 @@ class RosLibrary:
         self.executors = Executors(self.doer)
         self.idioms = Idioms(self.doer, idioms)
         self.built_ins = BuiltIns(machine)
+        self.standard = Standard(self.executors)
         self.functional = Functional(machine)
         self.collected = Collected(machine)
         self.contexts = Contexts(machine)
         self.substitute: Callable[[Value], Value] = lambda value: Open(text_of(value))
-        self.load: Callable[[str], Value | None] = lambda path: None
 
     # ---------------------------------------------------------------------------------------------- functions
 
@@ -137,7 +132,7 @@ class RosLibrary:
             if last not in _ONLY_LOOK:
                 self._escape(args, keys, is_read=last in _CALLS_ITS_ARGUMENT)
             return self.built_ins.call(last, args, keys, node, frame)
-        found = self._standard(path, last, made, node, frame)
+        found = self.standard.call(path, last, made, node, frame)
         if found is None:
             self._escape(args, keys, is_read=path not in _THREADS and not calls_at_once(path))
             self._lend(made)
@@ -198,58 +193,6 @@ class RosLibrary:
             return Open("message")
         return None
 
-    def _standard(self, path: str, last: str, made: Made, node: ast.AST, frame: Frame) -> Value | None:
-        args, keys, effect = made.args, made.keys, self.machine.effect
-        if path == "time.sleep":
-            number = seconds(args[0] if args else None)
-            what = f"{constant(args[0])}" if number is not None else text_of(args[0] if args else None)
-            effect("sleep", what, node, frame, "time.sleep", timeout=number)
-            return NONE
-        if path in ("functools.partial", "partial") and args:
-            return Partial(args[0], args[1:], keys)
-        if path == "functools.partialmethod":
-            return made
-        if path in ("importlib.import_module", "builtins.__import__") and args:
-            return self.machine.imported(text_of(args[0]), frame) or made
-        if path == "types.MethodType" and len(args) == 2:
-            return Partial(args[0], args[1:], {})
-        if path in QUEUES:
-            most = constant(made.argument(0, "maxsize"))
-            is_bounded = isinstance(most, int) and most > 0
-            return self.doer.once(Items([], kind=QUEUE, is_bounded=is_bounded), made.at)
-        if path in ("copy.copy", "copy.deepcopy") and args:
-            return Made(path, args, {}, made.at) if isinstance(args[0], (Made, Outside)) else args[0]
-        if path in ("os.environ.get", "os.getenv"):
-            return self._environment(args)
-        if last in ("get_package_share_directory", "get_package_share_path") and args:
-            return Const(f"$(find {text_of(args[0])})")
-        if path in ("pathlib.Path", "os.fspath") and args and isinstance(args[0], (Const, Text)):
-            return args[0]
-        if path in ("yaml.safe_load", "yaml.load", "yaml.full_load") and args and isinstance(args[0], Made):
-            opened = text_of(args[0].argument(0, "file"))
-            return self.load(opened) or Open(f"{path}({opened})")
-        if path.startswith("subprocess.") and last in _WAITS:
-            given = keys.get("timeout")
-            effect("work", path, node, frame, timeout=seconds(given))
-            return Open(path)
-        if path == "asyncio.to_thread" and args:
-            return self.executors.run_apart(args[0], args[1:], node, frame)
-        if path in ("asyncio.run", "asyncio.run_coroutine_threadsafe"):
-            blocked = "blocks, without time-out" if path == "asyncio.run" else "async"
-            self.executors.run_coroutine(made, node, frame, blocked)
-            return join(args) if path == "asyncio.run" and len(args) == 1 else made
-        if path in ("concurrent.futures.wait", "concurrent.futures.as_completed"):
-            self.executors.wait_for_all(made.argument(0, "fs"), made.argument(1, "timeout"), node, frame)
-            return args[0] if args and last == "as_completed" else Open(path)
-        if path in (
-            "asyncio.gather",
-            "asyncio.wait",
-            "asyncio.create_task",
-            "asyncio.ensure_future",
-        ):
-            return join(args) if len(args) == 1 else Open(path)
-        return call_built_in(path, args, path)
-
     def _of_launch(self, value: Made, name: str, args: list[Value]) -> Value | None:
         """Call a method of an action or a substitution of a launch file."""
         if name in ("add_action", "add_entity") and args:
@@ -271,15 +214,6 @@ class RosLibrary:
         if name == "find" and args:
             return Const(f"$(find {text_of(args[0])})")
         return None
-
-    def _environment(self, args: list[Value]) -> Value:
-        name = text_of(args[0] if args else None)
-        if name in OF_ROS2:
-            return Const(OF_ROS2[name])
-        default = args[1] if len(args) > 1 else NONE
-        if name in _ALWAYS_SET or is_open(name):
-            return Open(f"environment {name}")
-        return Const(default.value, f"environment {name}") if isinstance(default, Const) else default
 
     # ------------------------------------------------------------------------------------------------ methods
 
