@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dineros.analysis.bounds.work import NotBoundedError
 from dineros.metamodel import sym
 from dineros.metamodel.callbacks.groups import callback_page_of, holds_thread, runs_callbacks, works_on_goals
-from dineros.metamodel.callbacks.waiting import outstanding_counts
+from dineros.metamodel.callbacks.under_way import outstanding_counts
 from dineros.metamodel.calls import UNLIMITED
 from dineros.metamodel.elements import channels, label, node_net_of
 from dineros.metamodel.times.given import runs_at_once

@@ -8,7 +8,7 @@ from dineros.analysis.bounds.tasks import Task
 from dineros.analysis.bounds.work import NotBoundedError
 from dineros.analysis.latencies.histories import history_name
 from dineros.metamodel import sym
-from dineros.metamodel.callbacks.waiting import goal_counts
+from dineros.metamodel.callbacks.under_way import goal_counts
 from dineros.metamodel.calls import HISTORY_DEPTH, UNLIMITED
 from dineros.metamodel.elements import channels, node_nets
 

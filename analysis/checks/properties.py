@@ -25,8 +25,7 @@ if TYPE_CHECKING:
 FIRST = Share(time=0.08, most_seconds=5.0)
 """Share of each property before all other questions."""
 
-
-PARTS_SECONDS, PARTS_SHARE = 60.0, 0.25
+PARTS = Share(time=0.25, most_seconds=60.0)
 """The same for each bound of a time that some nodes may decide."""
 
 
@@ -94,7 +93,7 @@ class Properties(Question):
     def _ask_parts(self, checked: Checked, property: sym.Property, shown: str, question: Asked) -> None:
         if question.reading.is_negated:
             return
-        outcome = question.by_parts(checked.budget.share(PARTS_SHARE).at_most(PARTS_SECONDS))
+        outcome = question.by_parts(PARTS.share(checked.budget))
         if outcome is not None:
             self._say(checked, property, shown, question, outcome)
             checked.told.add(_mark(property))

@@ -15,7 +15,7 @@ from dineros.analysis.model.step_roles import StepRole, step_roles
 from dineros.analysis.model.subject import Subject, subject_of
 from dineros.analysis.model.wording import signal_setting, topic_port
 from dineros.metamodel import pn, sym
-from dineros.metamodel.callbacks.waiting import outstanding_counts
+from dineros.metamodel.callbacks.under_way import outstanding_counts
 from dineros.metamodel.clauses import SignalSetting, value_names
 from dineros.metamodel.elements import node_net_of, node_nets, nodes
 from dineros.metamodel.guards.using import guarded

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
-from dineros.metamodel.callbacks.waiting import outstanding
+from dineros.metamodel.callbacks.under_way import outstanding
 from dineros.metamodel.calls import UNLIMITED, exits, server_pages, serving
 from dineros.metamodel.clauses import SignalSetting
 from dineros.metamodel.elements import node_net_of

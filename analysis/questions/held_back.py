@@ -17,7 +17,7 @@ from dineros.analysis.logic.language.names import NetNames
 from dineros.analysis.logic.language.syntax import Name
 from dineros.analysis.model.subject import Subject
 from dineros.metamodel import pn, sym
-from dineros.metamodel.callbacks.waiting import Slots, free_slots, goal_counts
+from dineros.metamodel.callbacks.under_way import Slots, free_slots, goal_counts
 
 if TYPE_CHECKING:
     from dineros.transformations.flattening.traces import Link

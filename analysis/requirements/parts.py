@@ -12,6 +12,7 @@ from collections.abc import Iterable, Iterator
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.answers.stages import Share
 from dineros.analysis.logic.graphs.predicates import MarkingMatrix, combination, holds
 from dineros.analysis.logic.language.atoms import BoundAtoms, Linear, SomeEnabled, SomeFired
 from dineros.analysis.logic.language.bounded import Bounded
@@ -27,12 +28,10 @@ from dineros.metamodel.elements import channels, node_net_of, resolve
 from dineros.metamodel.matching import are_matched, is_best_effort
 
 BY_MARKINGS = "state classes of some nodes"
-MOST_CLASSES = 100_000
-"""Classes of a part, by inclusion; a larger one is not looked at."""
-MOST_OBSERVED = 1_500_000
-"""Classes of a part with the observer."""
-SHARE = 0.6
-"""Part of the time that is left, for each part."""
+EXPLORED = Share(most_states=100_000)
+"""Limit of the classes of a part, by inclusion; a larger one is not looked at."""
+PART = Share(time=0.6, most_states=1_500_000)
+"""Share of each part; its classes with the observer are limited."""
 Nodes = frozenset[sym.NodeNet]
 
 
@@ -63,7 +62,7 @@ def holds_in_part(subject: TimedSubject, formula: Formula, budget: Budget) -> Ou
         if nodes >= every:
             continue
         kept = {place for place, own in enumerate(nodes_of) if own <= nodes}
-        found = _holds(subject, formula, kept, asked, budget.share(SHARE, most_states=MOST_OBSERVED))
+        found = _holds(subject, formula, kept, asked, PART.share(budget))
         if found is not None:
             return found
     return None
@@ -81,7 +80,7 @@ def _holds(
         part = restricted(subject.timed, kept) if _tells(subject.timed, kept, *asked) else None
         if part is None:
             return None
-        explored = explore_timed(part, budget.share(most_states=MOST_CLASSES))
+        explored = explore_timed(part, EXPLORED.share(budget))
         if explored.growth is None:
             break
         kept -= set(explored.growth.places)

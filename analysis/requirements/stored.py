@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.answers.stages import Share
 from dineros.analysis.logic.language.atoms import BoundAtoms
 from dineros.analysis.logic.language.bounded import Bounded, read_bounded
 from dineros.analysis.logic.language.errors import FormulaError
@@ -49,8 +50,8 @@ VARIANTS: dict[str, SignalVariant] = {
 }
 """Makes the net for the question from a property's statements about signals."""
 
-PARTS_SHARE = 0.4
-"""Part of the time for proofs by some nodes, before all nodes are looked at."""
+PARTS = Share(time=0.4)
+"""Share of proofs by some nodes, before all nodes are looked at."""
 
 UNFAIR = "a run violates it, and it is unknown whether runs with times are fair"
 
@@ -104,7 +105,7 @@ class Asked:
             if isinstance(self.reading.formula, Bounded):
                 return Outcome("unknown", reason="it bounds times, which requires --time")
             return ENGINES["auto"].answer(question, budget)
-        part = self.by_parts(budget.share(PARTS_SHARE))
+        part = self.by_parts(PARTS.share(budget))
         if part is not None:
             return part
         is_fair = bool(self.weak or self.strong)

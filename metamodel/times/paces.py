@@ -16,7 +16,7 @@ from fractions import Fraction
 from dineros.metamodel import pn, pnm, sym
 from dineros.metamodel.callbacks.bodies import Body
 from dineros.metamodel.callbacks.groups import callback_page_of, runs_callbacks
-from dineros.metamodel.callbacks.waiting import goals_at_once
+from dineros.metamodel.callbacks.under_way import goals_at_once
 from dineros.metamodel.elements import node_net_of, system_model_of
 from dineros.metamodel.times.given import runs_at_once
 from dineros.metamodel.times.once import once

@@ -26,7 +26,8 @@ from typing import TypeAlias
 from dineros.metamodel import pn, pnm, sym
 from dineros.metamodel.callbacks.bodies import Body
 from dineros.metamodel.callbacks.groups import callback_page_of, readers_of, runs_callbacks
-from dineros.metamodel.callbacks.waiting import Waiting, outstanding
+from dineros.metamodel.callbacks.under_way import outstanding
+from dineros.metamodel.callbacks.waiting import Waiting
 from dineros.metamodel.calls import UNLIMITED, gives_up, services
 from dineros.metamodel.elements import channels, node_net_of, node_nets, resolve, system_model_of
 from dineros.metamodel.errors import DinerosError

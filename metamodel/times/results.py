@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from dineros.metamodel import pn, sym
 from dineros.metamodel.callbacks.bodies import Body
 from dineros.metamodel.callbacks.groups import runs_callbacks
-from dineros.metamodel.callbacks.waiting import goal_counts
+from dineros.metamodel.callbacks.under_way import goal_counts
 from dineros.metamodel.calls import UNLIMITED
 from dineros.metamodel.elements import node_net_of, node_nets, resolve, system_model_of
 from dineros.metamodel.times.once import once

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator, Sequence
 
 from dineros.metamodel import pn, sym
-from dineros.metamodel.callbacks.waiting import goal_counts
+from dineros.metamodel.callbacks.under_way import goal_counts
 from dineros.transformations.flattening.flatten import flatten
 from dineros.transformations.rules.phases import OverflowVariant, SignalVariant
 from tests.support.equal_behaviour import Comparison, compare

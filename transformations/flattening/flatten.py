@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from dineros.metamodel import pn, pnm, sym
 from dineros.metamodel.base import EObject
-from dineros.metamodel.callbacks.waiting import free_slots, goal_counts, outstanding_counts
+from dineros.metamodel.callbacks.under_way import free_slots, goal_counts, outstanding_counts
 from dineros.metamodel.calls import Served, actions, callers_first, server_pages, services, serving
 from dineros.metamodel.elements import arcs, fresh_id, nodes, resolve, transitions
 from dineros.metamodel.errors import DinerosError

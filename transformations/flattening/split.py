@@ -9,7 +9,7 @@ from typing import TypedDict
 
 from dineros.metamodel import pn, rtm, sym
 from dineros.metamodel.base import EObject
-from dineros.metamodel.callbacks.waiting import outstanding_counts
+from dineros.metamodel.callbacks.under_way import outstanding_counts
 from dineros.metamodel.calls import (
     CLIENT_PLACES,
     SERVER_PLACES,

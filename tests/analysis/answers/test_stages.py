@@ -124,7 +124,7 @@ def test_only_this_module_divides_time() -> None:
     folder = Path(dineros.analysis.__file__).parent
     own = folder / "answers"
     divides = re.compile(
-        r"\.share\(\s*(time=|[\d(]|1 -|[A-Z_]+\))|\.(left|seconds) ?[*/]|[*/] ?\w+\.(left|seconds)\b"
+        r"\.share\(\s*(time=|[\d(]|1 -|[A-Z_]+[,)])|\.(left|seconds) ?[*/]|[*/] ?\w+\.(left|seconds)\b"
     )
     found = [
         f"{path.relative_to(folder)}: {line.strip()}"

@@ -22,7 +22,7 @@ from dineros.analysis.witnesses.findings import Finding, Report
 from dineros.metamodel import pn, sym
 from dineros.metamodel.build import callback, flow, here, node_net, place, step
 from dineros.metamodel.callbacks.groups import runs_callbacks
-from dineros.metamodel.callbacks.waiting import free_slots, goal_counts
+from dineros.metamodel.callbacks.under_way import free_slots, goal_counts
 from dineros.metamodel.calls import UNLIMITED as ANY_NUMBER
 from dineros.metamodel.constraints import validate
 from dineros.metamodel.elements import find, node_net_of, transitions

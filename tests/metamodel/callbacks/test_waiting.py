@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import pytest
 
+from dineros.analysis.checks.boundedness import Boundedness
+from dineros.analysis.checks.check import check
+from dineros.analysis.checks.overflow import Overflow
 from dineros.metamodel import sym
 from dineros.metamodel.build import callback, flow, here, node_net, place, step
 from dineros.metamodel.callbacks.groups import callback_page_of
-from dineros.metamodel.callbacks.waiting import Waiting, outstanding, outstanding_counts
+from dineros.metamodel.callbacks.under_way import outstanding, outstanding_counts
+from dineros.metamodel.callbacks.waiting import Waiting
 from dineros.metamodel.calls import UNLIMITED
-from dineros.metamodel.elements import node_net_of
+from dineros.metamodel.elements import channels, node_net_of
 from tests.support.references.waiting import outstanding_of
+from tests.support.timed_systems.goal_calls import GoalCalls
 
 
 def _system(execution: str = "callbacks", middleware: str = "ros2") -> tuple[sym.SystemModel, sym.NodeNet]:
@@ -181,3 +186,14 @@ def test_what_is_said_holds(said: int) -> None:
         client = make()
         client.outstanding = said
         assert outstanding(client) == said
+
+
+@pytest.mark.parametrize(("is_shared", "number"), [(True, 2), (False, 1)])
+def test_slots_that_share_the_places_of_a_call_ask_side_by_side(is_shared: bool, number: int) -> None:
+    """Also without times: the second request may arrive before the first one is read."""
+    model = GoalCalls(2, 0, (0, 1), (0, 1), (1, 2), 2).model(is_shared)
+    (service,) = channels(model, sym.ServiceChannel)
+    service.depth = 1
+    assert list(outstanding_counts(model).values()) == [number]
+    found = [each.message for each in check(model, questions=(Boundedness(), Overflow())).findings]
+    assert any("request history of service /look can overflow" in each for each in found)

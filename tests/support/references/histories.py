@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from typing import TypeAlias
 
 from dineros.metamodel import pn, sym
-from dineros.metamodel.callbacks.waiting import goal_counts
+from dineros.metamodel.callbacks.under_way import goal_counts
 from tests.support.references.actions import ActionPlayer
 from tests.support.references.calls import ServicePlayer
 from tests.support.references.waiting import UNLIMITED, outstanding_of

@@ -8,7 +8,7 @@ from textwrap import dedent, indent
 import pytest
 
 from dineros.metamodel import sym
-from dineros.metamodel.callbacks.waiting import goal_counts
+from dineros.metamodel.callbacks.under_way import goal_counts
 from dineros.metamodel.elements import places, transitions
 from dineros.observation.importing.building import to_model
 from dineros.observation.importing.coded import Coded, coded
