@@ -164,6 +164,11 @@ def _runs() -> None:
     for formula in ("G F here >= 2", "F G there >= 1", "G (here >= 1 | (there >= 2 & enabled(back)))"):
         for weak, strong in (((), ()), (("go",), ("back",))):
             verify_ltl(net, formula, weak=weak, strong=strong, budget=Budget(MEMORY))
+    # A component without a fair run that only the search of its graph rejects.
+    moves = [("press", {"off": 1}, {"on": 1}), ("release", {"on": 1}, {"off": 1})]
+    moves += [("go", {"left": 1, "on": 1}, {"on": 1}), ("rest", {"off": 1}, {"off": 1})]
+    net = CompiledNet.build({"left": 1, "on": 0, "off": 1}, moves)
+    verify_ltl(net, "F left == 0", strong=["go", "press"], budget=Budget(MEMORY))
 
 
 def _walks() -> None:
