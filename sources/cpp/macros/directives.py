@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 
 LITERAL = (
@@ -18,13 +18,15 @@ _DEFINED = re.compile(r"\s*(\w+)(?:\(([\w\s,.]*)\)|(?!\(|\w))(.*)", re.DOTALL)
 _COMMENT = re.compile(f"(?P<literal>{LITERAL})", re.DOTALL)
 _CONDITION = re.compile(r"[ \t]*#[ \t]*(if|ifdef|ifndef|elif|else|endif)\b(.*)")
 _ROS_NAME = (
-    r"(?:(?:BUILDING|BUILD|USE|IS|WITH|HAVE|ENABLE)_)?ROS_?(?P<version>[12])(?:_(?:FOUND|BUILD|ENABLED))?"
+    r"\b(?P<name>(?:(?:BUILDING|BUILD|USE|IS|WITH|HAVE|ENABLE)_)?ROS(?:_?(?P<version>[12]))?"
+    r"(?:_(?:FOUND|BUILD|ENABLED))?)\b"
 )
 _OF_ROS = re.compile(rf"(?P<not>!\s*)?(?:defined\s*)?(?:\(\s*)?{_ROS_NAME}\s*\)?")
 _NEVER = re.compile(
-    rf"^[ \t]*#[ \t]*(?:(?:el)?if[ \t]+(?:0|1|true|false)\b|(?:el)?if(?:n?def)?\b.*\b{_ROS_NAME}\b)",
+    rf"^[ \t]*#[ \t]*(?:(?:el)?if[ \t]+(?:0|1|true|false)\b|(?:el)?if(?:n?def)?\b.*{_ROS_NAME})",
     re.MULTILINE,
 )
+_NUMBER = re.compile(r"_?2")
 _KNOWN = {"0": False, "false": False, "1": True, "true": True}
 _GUARD = re.compile(r"_(?:H|HH|HPP|HXX)_*$|_$", re.IGNORECASE)
 
@@ -96,7 +98,8 @@ def directives(path: str, text: str) -> Iterator[Directive]:
 def without_dead(text: str) -> str:
     r"""Return a text in which the branches that are never compiled are blank; lines keep their numbers.
 
-    Conditions of known value are ``0`` and ``1``, and macros that choose between ROS 1 and ROS 2.
+    Conditions of known value are ``0`` and ``1``, and macros that choose between ROS 1 and ROS 2, also with
+    ``&&`` and ``||``.
 
     Examples
     --------
@@ -108,6 +111,7 @@ def without_dead(text: str) -> str:
     if _NEVER.search(text) is None:
         return text
     lines = text.split("\n")
+    first = _of_ros_1(lines)
     stack: list[_Chain] = []
     for number, line in enumerate(lines):
         found = _CONDITION.match(line)
@@ -119,7 +123,7 @@ def without_dead(text: str) -> str:
         if which.startswith("if"):
             stack.append(_Chain())
         chain = stack[-1] if stack else _Chain()
-        is_kept = all(each.is_read for each in stack[:-1]) and chain.enters(which, found[2])
+        is_kept = all(each.is_read for each in stack[:-1]) and chain.enters(which, found[2], first)
         lines[number] = line if is_kept else " " * len(line)
         if is_kept and which == "elif" and chain.is_first:
             lines[number] = line.replace("elif", "if  ", 1)
@@ -144,14 +148,14 @@ class _Chain:
         """Whether the current condition is the first one that is kept."""
         return self.opened == 1
 
-    def enters(self, which: str, asked: str) -> bool:
+    def enters(self, which: str, asked: str, first: Collection[str]) -> bool:
         """Go on to a directive; return whether it is kept."""
         if which == "endif":
             return self.opened > 0
         if self.is_over:
             self.is_read = False
             return False
-        known = True if which == "else" else _value(which, asked)
+        known = True if which == "else" else _value(which, asked, first)
         if known is not None and self.opened == 0:  # the whole chain so far has known values
             self.is_read = self.is_over = known
             return False
@@ -163,15 +167,63 @@ class _Chain:
         return True
 
 
-def _value(which: str, asked: str) -> bool | None:
+def _of_ros_1(lines: Iterable[str]) -> set[str]:
+    """Return the macros without a version that mean ROS 1: ``ROS_FOUND`` next to ``ROS2_FOUND``.
+
+    If conditions of the latter are inside of those of the former, the former means any version.
+    """
+    plain, around, second, stack = set[str](), set[str](), set[str](), list[set[str]]()
+    for found in filter(None, map(_CONDITION.match, lines)):
+        which = found[1]
+        if which == "endif":
+            del stack[-1:]
+            continue
+        names = set[str]()
+        for each in _OF_ROS.finditer(found[2]) if which != "else" else ():
+            if each["version"] == "2":
+                second.add(_NUMBER.sub("", each["name"]))
+                outer = stack if which.startswith("if") else stack[:-1]
+                around.update(*outer)
+            elif not each["version"]:
+                names.add(each["name"])
+        plain |= names
+        if which.startswith("if"):
+            stack.append(names)
+        elif stack:
+            stack[-1] = names
+    return (plain & second) - around
+
+
+def _value(which: str, asked: str, first: Collection[str]) -> bool | None:
     """Return the value of a condition; None: it is not known."""
     asked = asked.partition("//")[0].partition("/*")[0].strip()
-    if which in ("if", "elif") and asked in _KNOWN:
+    is_name = which in ("ifdef", "ifndef")
+    if is_name and "defined" in asked:
+        return None
+    found = _any(_all(_atom(part.strip(), first) for part in each.split("&&")) for each in asked.split("||"))
+    return not found if which == "ifndef" and found is not None else found
+
+
+def _any(values: Iterable[bool | None]) -> bool | None:
+    found = set(values)
+    return True if True in found else None if None in found else False
+
+
+def _all(values: Iterable[bool | None]) -> bool | None:
+    found = set(values)
+    return False if False in found else None if None in found else True
+
+
+def _atom(asked: str, first: Collection[str]) -> bool | None:
+    """Return the value of a condition without operators other than ``!``."""
+    if asked in _KNOWN:
         return _KNOWN[asked]
     found = _OF_ROS.fullmatch(asked)
-    if found is None or (which in ("ifdef", "ifndef") and "defined" in asked):
+    if found is None or asked.count("(") != asked.count(")"):
         return None
-    return (found["version"] == "2") != (which == "ifndef" or bool(found["not"]))
+    if not found["version"] and found["name"] not in first:
+        return None
+    return (found["version"] == "2") != bool(found["not"])
 
 
 def _without_comment(found: re.Match[str]) -> str:

@@ -261,6 +261,9 @@ int main(int argc, char ** argv) { ros::init(argc, argv, "robot"); Robot robot; 
         ("ROS1", "else"),
         ("ROS1_FOUND", "elif defined(ROS2_FOUND) // this one"),
         ("USE_ROS1", "elif ROS2"),
+        ("ROS_FOUND", "elif ROS2_FOUND"),
+        ("ROS_FOUND", "endif\n#ifdef ROS2_FOUND"),
+        ("USE_ROS", "else\n#endif\n#if defined(X) && defined(ROS1) || defined(USE_ROS2)"),
     ],
 )
 def test_code_for_both_versions_of_ros_is_read_for_ros_2(tmp_path: Path, first: str, second: str) -> None:
@@ -283,6 +286,11 @@ def test_code_for_both_versions_of_ros_is_read_for_ros_2(tmp_path: Path, first: 
         ("#if !defined(ROS2)\na\n#elif Y\nb\n#endif", "#if   Y|b|#endif"),
         ("#ifndef ROS2_ROBOT_H\na\n#endif", "#ifndef ROS2_ROBOT_H|a|#endif"),
         ("#endif\n#else\na", "#endif|#else|a"),
+        ("#ifdef ROS_FOUND\na\n#endif", "#ifdef ROS_FOUND|a|#endif"),
+        ("#ifdef ROS_FOUND\na\n#ifdef ROS2_FOUND\nb\n#endif\n#endif", "#ifdef ROS_FOUND|a|b|#endif"),
+        ("#if defined(ROS_FOUND) || defined(ROS2_FOUND)\na\n#endif\n#ifdef ROS_FOUND\nb\n#endif", "a"),
+        ("#if !(defined(ROS1) && X)\na\n#endif", "#if !(defined(ROS1) && X)|a|#endif"),
+        ("#if defined(ROS1) && X\na\n#endif\n#if 1 && ROS2\nb\n#endif", "b"),
     ],
 )
 def test_branches_that_are_never_compiled_are_blank(text: str, expected: str) -> None:
