@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from contextlib import nullcontext
 from typing import TYPE_CHECKING
 
 from dineros.sources.cpp.following.calls import TASK, Call
@@ -11,7 +12,7 @@ from dineros.sources.cpp.following.statements import Statements
 from dineros.sources.cpp.following.statics import MUTEXES, SIGNALS
 from dineros.sources.cpp.parsing import on_text, text_of
 from dineros.sources.cpp.values import Const, Items, Lambda, Made, Method, Open, Value, constant, part
-from dineros.sources.facts import HELD, CallbackFact
+from dineros.sources.facts import BARRIER, HELD, CallbackFact
 
 if TYPE_CHECKING:
     from tree_sitter import Node
@@ -97,6 +98,8 @@ class Waiting:
         if kind.endswith(MUTEXES) and call.last.startswith(("lock", "unlock")):
             self._take(self._label(on, on_text(call.node), call), call, on)
             return Const(None)
+        if kind == "barrier" or (kind == "latch" and call.last == "arrive_and_wait"):
+            return self._meet(call, on, kind)
         if kind.endswith(SIGNALS):
             return self._signal(call, on, kind)
         if on.path == TASK:
@@ -128,6 +131,26 @@ class Waiting:
         if isinstance(thread, Made):
             return self.join(call, thread)
         return self._signal(call, on, "promise")
+
+    def _meet(self, call: Call, on: Made, kind: str) -> Value | None:
+        """Arrive at a barrier or a latch, and wait for the others; None: another method.
+
+        The last one that arrives at a barrier runs its function.
+        """
+        machine, name = self.machine, self._label(on, on_text(call.node), call)
+        is_whole = call.last == "arrive_and_wait" or (call.last == "wait" and not call.args)
+        if not is_whole and call.last not in ("arrive", "arrive_and_drop", "wait"):
+            return None
+        count = constant(on.args[0]) if on.args else None
+        if is_whole or call.last != "wait":
+            if len(on.args) > 1:
+                with nullcontext() if count == 1 else machine.perhaps():
+                    machine.invoke(on.args[1], [], call.node, call.frame)
+            if count != 1 and machine.role not in ("main", "constructor"):
+                machine.does("notify", name, call.node, call.frame, BARRIER)
+        if count != 1 and (is_whole or call.last == "wait"):
+            machine.does("wait", name, call.node, call.frame, f"{kind}, without time-out")
+        return Open("a token")
 
     def _signal(self, call: Call, on: Made, kind: str) -> Value | None:
         name = self._label(on, on_text(call.node), call)
