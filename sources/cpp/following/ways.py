@@ -84,8 +84,9 @@ class Ways:
     def set_in(self, held: dict[str, Value], name: str, value: Value, *, is_local: bool = False) -> None:
         """Set a variable; at the end of a branch or loop, it may also have its previous value."""
         if not is_local and any(each.has_left for each in self.frames):
-            if not self.off:
-                held[name] = joined(held.get(name), value)
+            if self.off:  # the end of the branch gives it the value from before again
+                self._log(held, name)
+            held[name] = joined(held.get(name), value)
             return
         self._log(held, name)
         held[name] = value

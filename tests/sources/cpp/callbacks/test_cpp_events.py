@@ -94,6 +94,16 @@ def test_filters_that_subscribe_on_demand_have_the_callback_of_their_synchronize
     assert set(published(node, "on_pair")) == {"out"}
 
 
+def test_what_a_disabled_branch_sets_is_known_in_it_after_an_early_end(tmp_path: Path) -> None:
+    """A constructor that throws if its parameters are wrong goes on to code that the default disables."""
+    body = f"""
+    if (!get_parameter("name", name_)) {{ throw std::runtime_error("no name"); }}
+    if (declare_parameter("paired", false)) {{ {SYNC} {SUBSCRIBE} }}
+    """
+    node = robot(tmp_path, body)
+    assert {each.callbacks["callback"].name for each in node.of("subscriptions")} == {"on_pair"}
+
+
 @pytest.mark.parametrize(
     "method",
     ["add_on_set_parameters_callback", "add_pre_set_parameters_callback", "add_post_set_parameters_callback"],
