@@ -15,7 +15,7 @@ from dineros.metamodel.callbacks.waiting import Waiting
 from dineros.metamodel.calls import UNLIMITED
 from dineros.metamodel.elements import channels, node_net_of
 from tests.support.references.waiting import outstanding_of
-from tests.support.timed_systems.goal_calls import GoalCalls
+from tests.support.timed_systems.goals.calls import GoalCalls
 
 
 def _system(execution: str = "callbacks", middleware: str = "ros2") -> tuple[sym.SystemModel, sym.NodeNet]:

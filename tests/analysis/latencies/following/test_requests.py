@@ -13,7 +13,7 @@ from dineros.analysis.bounds.answers import Bounds
 from dineros.analysis.latencies.answers import Latencies
 from dineros.metamodel import sym
 from dineros.metamodel.elements import find
-from tests.support.timed_systems.goal_calls import Explorer, GoalCalls
+from tests.support.timed_systems.goals.calls import Explorer, GoalCalls
 
 pytestmark = pytest.mark.usefixtures("own_time")
 

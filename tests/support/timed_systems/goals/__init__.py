@@ -1,0 +1,1 @@
+"""Plain programs that explore goals of actions."""
