@@ -11,6 +11,7 @@ import pytest
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.bounds.answers import Bounds
+from dineros.analysis.latencies.answers import Latencies
 from dineros.analysis.timed_checks.timed_check import check_timed
 from dineros.metamodel import sym
 from dineros.metamodel.build import callback, here, node_net, place, seconds, step
@@ -50,6 +51,14 @@ def test_no_bound_is_proved_that_such_runs_exceed() -> None:
     model.properties.append(sym.Property(id="Soon", text="s responds within 0.06"))
     report = check_timed(model, Budget(seconds=20))
     assert not [each for each in report.proved if "Soon" in each]
+
+
+def test_requests_of_overlapping_runs_come_as_late_as_in_truth() -> None:
+    """The steps of runs share a clock, which keeps their latest bounds."""
+    model = model_of(called_by_overlapping_runs(), 0.01)
+    found = Latencies(model, Budget(seconds=60)).response(find(model, "s", sym.CallbackPage))
+    assert found.least is not None and found.greatest is not None
+    assert (found.least.value, found.greatest.value) == (Fraction("0.03"), Fraction("0.07"))
 
 
 def drawn(seed: int) -> System:

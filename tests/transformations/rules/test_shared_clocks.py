@@ -10,7 +10,7 @@ from dineros.analysis.timed_checks.timed_check import check_timed
 from dineros.metamodel import pn, sym
 from dineros.metamodel.build import callback, flow, node_net, place, seconds, step
 from dineros.metamodel.elements import find
-from dineros.metamodel.times.shared import holds_for_all_runs
+from dineros.metamodel.times.shared import holds_for_all_runs, latest_holds_for_all_runs
 
 NEVER = "reader history of Data (topic /data) never overflows"
 
@@ -87,8 +87,9 @@ def interval_holds(model: sym.SystemModel, name: str) -> bool:
 def test_where_one_clock_is_enough() -> None:
     model = reading(2, 1, 2, 1)
     assert interval_holds(model, "Work") and interval_holds(model, "End")
-    find(model, "Work", pn.Transition).interval = seconds(1, 1)
-    assert not interval_holds(model, "Work")
+    work = find(model, "Work", pn.Transition)
+    work.interval = seconds(1, 1)
+    assert not interval_holds(model, "Work") and latest_holds_for_all_runs(work)
 
 
 def test_a_run_that_another_step_ends_leaves_its_clock_to_others() -> None:
@@ -107,4 +108,26 @@ def test_tokens_of_two_runs_can_be_joined() -> None:
     other = place(page, "Other")
     flow(find(model, "Begin", pn.Transition), other)
     flow(other, find(model, "End", pn.Transition))
+    assert not interval_holds(model, "End")
+
+
+def test_a_response_is_joined_with_a_token_of_another_run() -> None:
+    """What the middleware puts on a place belongs to one run, too."""
+    model = reading(2, 1, 2, 1)
+    page = find(model, "OnData", sym.CallbackPage)
+    asked, answered = place(page, "Asked"), place(page, "Answered")
+    work, end = find(model, "Work", pn.Transition), find(model, "End", pn.Transition)
+    flow(work, asked)
+    look = callback(node_net(model, "eye", execution="callbacks"), "Look", "server")
+    entry, exit_ = place(look, "In"), place(look, "Out")
+    step(look, "See", [entry], [exit_])
+    sym.ServiceChannel(
+        id="look",
+        service="/look",
+        server=sym.ServerPort(page=look, entry=entry, exit=exit_),
+        clients=[sym.ClientPort(client="reader", request=asked, response=answered)],
+        model=model,
+    )
+    assert interval_holds(model, "Work"), "a callback that calls a service"
+    flow(answered, end)
     assert not interval_holds(model, "End")

@@ -20,7 +20,7 @@ from dineros.metamodel.times.intervals import copied_interval, exactly
 from dineros.metamodel.times.orders import keeps_order
 from dineros.metamodel.times.overlaps import runs_overlapping
 from dineros.metamodel.times.rates import publishes_without_end
-from dineros.metamodel.times.shared import holds_for_all_runs
+from dineros.metamodel.times.shared import holds_for_all_runs, latest_holds_for_all_runs
 from dineros.transformations.language import REAL, TRUTH, WHOLE, Query
 
 
@@ -198,6 +198,14 @@ class HoldsForAllRuns(Query):
     datatype = TRUTH
     _words = "the interval of {} holds for several runs with one clock"
     _answer = staticmethod(holds_for_all_runs)
+
+
+class LatestHoldsForAllRuns(Query):
+    """Whether the latest bound of an interval holds, although several runs share the clock."""
+
+    datatype = TRUTH
+    _words = "the latest bound of {} holds for several runs with one clock"
+    _answer = staticmethod(latest_holds_for_all_runs)
 
 
 class RunsOn(Query):

@@ -20,6 +20,7 @@ from dineros.transformations.rules.queries.times import (
     HasDuration,
     HasInterval,
     HoldsForAllRuns,
+    LatestHoldsForAllRuns,
     Moves,
     RunsAtOnce,
     RunsCallbacks,
@@ -269,6 +270,22 @@ class D3Last(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
     where = [~HasInterval(last)]
 
 
+class D3Early(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
+    """Where several runs of a callback share a transition with one clock, it may fire early.
+
+    Its latest bound stays where one clock allows all that a clock for each run would allow.
+    """
+
+    page = Node(sym.CallbackPage)
+    move = Node(pn.Transition, of=Moves(page))
+    past = Node(pn.TimeInterval, of=move.interval)
+
+    until = New(pn.TimeInterval, into=move.interval, latest=past.latest)
+
+    where = [RunsAtOnce(page) > 1, ~HoldsForAllRuns(move), LatestHoldsForAllRuns(move)]
+    deletes = [past]
+
+
 class D3Open(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
     """Where several runs of a callback share a transition with one clock, its interval is left open.
 
@@ -279,7 +296,7 @@ class D3Open(StandardRule, phase=Phase.intervals, middleware="ros2", times=True)
     move = Node(pn.Transition, of=Moves(page))
     past = Node(pn.TimeInterval, of=move.interval)
 
-    where = [RunsAtOnce(page) > 1, ~HoldsForAllRuns(move)]
+    where = [RunsAtOnce(page) > 1, ~LatestHoldsForAllRuns(move)]
     deletes = [past]
 
 
