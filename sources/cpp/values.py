@@ -14,6 +14,10 @@ if TYPE_CHECKING:
     from dineros.sources.cpp.entries import ClassInfo, Routine
 
 
+PAIRS = ("pair", "::value_type")
+"""Ends of names of classes with a key and a value."""
+
+
 class Value:
     """A value of an expression."""
 
@@ -259,7 +263,7 @@ def members_of(value: Value) -> list[Value]:
 def value_of(item: Value) -> Value:
     """Return the value of an item of a map: the second part of a pair, or the item itself."""
     parts = item.values if isinstance(item, Items) else item.args if isinstance(item, Made) else []
-    is_pair = isinstance(item, Items) or (isinstance(item, Made) and item.path.endswith("pair"))
+    is_pair = isinstance(item, Items) or (isinstance(item, Made) and item.path.endswith(PAIRS))
     return parts[1] if is_pair and len(parts) == 2 else item
 
 

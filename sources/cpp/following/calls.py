@@ -14,6 +14,7 @@ from dineros.sources.cpp.following.machine import coerced
 from dineros.sources.cpp.following.routines import Routines
 from dineros.sources.cpp.parsing import arguments_of, path_of, text_of
 from dineros.sources.cpp.quality import RMW_PROFILE, of_rmw
+from dineros.sources.cpp.tables.boost import standard
 from dineros.sources.cpp.values import (
     NO_VALUE,
     Either,
@@ -268,7 +269,7 @@ class Calls(Routines):
                 if routines and call.last != owner.name:
                     return self.run(routines, call.args, frame.this, call.node, self._types(call))
         if call.named is not None and call.named.type != "identifier":
-            call.path = self._resolved(call.named, frame)
+            call.path = standard(self._resolved(call.named, frame))
         elif call.named is not None and "chrono" in (kind := self.type_text(call.named, frame)):
             call.path = kind
         found = self.library.call(call)

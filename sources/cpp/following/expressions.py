@@ -13,6 +13,7 @@ from dineros.sources.cpp.parsing import arguments_of, path_of, text_of
 from dineros.sources.cpp.quality import RMW_PROFILE, of_rmw
 from dineros.sources.cpp.values import (
     NO_VALUE,
+    PAIRS,
     Const,
     Either,
     Frame,
@@ -370,7 +371,7 @@ def _declared_type(value: Node) -> str:
 def _of_pair(value: Value, name: str) -> Value | None:
     """Return a part of a pair; a map of this reader holds pairs, or its values only. None: not known."""
     parts = value.values if isinstance(value, Items) else value.args if isinstance(value, Made) else []
-    is_pair = isinstance(value, Items) or (isinstance(value, Made) and value.path.endswith("pair"))
+    is_pair = isinstance(value, Items) or (isinstance(value, Made) and value.path.endswith(PAIRS))
     if is_pair and len(parts) == 2:
         return parts[0 if name == "first" else 1]
     return value if name == "second" and isinstance(value, (Obj, Port)) else None

@@ -16,6 +16,7 @@ from dineros.sources.cpp.index import Index
 from dineros.sources.cpp.parsing import arguments_of, line_of, path_of, text_of
 from dineros.sources.cpp.reaching.reach import Reach
 from dineros.sources.cpp.reaching.reached import Reached
+from dineros.sources.cpp.tables.boost import standard
 from dineros.sources.cpp.values import Const, Either, Frame, Made, Obj, Todo, Value, joined
 from dineros.sources.facts import CallbackFact, Effect, Entity, NodeFact
 from dineros.sources.libraries.idioms import Idiom
@@ -319,7 +320,7 @@ class Machine(Ways):
                 alias = self.index.find_alias(first, frame.path, space)
                 if alias is not None and path_of(alias) != first:
                     return f"{self.type_text(alias, frame, depth + 1)}::{rest}"
-        return path
+        return standard(path)
 
     def templated(self, node: Node | None, frame: Frame) -> list[Node]:
         """Return the arguments of a template in a name, or in the type that it is an alias of."""

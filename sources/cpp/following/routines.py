@@ -92,7 +92,7 @@ class Routines(Assigning):
             fitting = self._of_objects(self._of_types(fitting, args, node), args)
         results = []
         for each in fitting[:4]:
-            frame = self.frame_of(each, args, this, types)
+            frame = self.frame_of(each, self._converted(each, args, node), this, types)
             self.sites.append((each.name, node, self.frames[-1] if self.frames else None, frame))
             try:
                 with self.perhaps() if len(fitting) > 1 else nullcontext():
@@ -101,6 +101,34 @@ class Routines(Assigning):
             finally:
                 self.sites.pop()
         return results[0] if len(results) == 1 else Either(tuple(results))
+
+    def _converted(self, routine: Routine, args: list[Value], node: Node) -> list[Value]:
+        """Return arguments as the parameters get them: classes may be made of objects of other classes."""
+        given = named(node.child_by_field_name("arguments")) if node.type == "call_expression" else []
+        if len(given) != len(args) or not any(isinstance(each, Obj) and each.cls for each in args):
+            return args
+        frame = Frame(routine.path, routine.cls.full if routine.cls is not None else routine.space)
+        return [
+            value if number >= len(routine.parameters) else self._as_class(kind, value, given[number], frame)
+            for number, value in enumerate(args)
+            for kind in [self._type_of(routine, number) if number < len(routine.parameters) else ""]
+        ]
+
+    def _as_class(self, kind: str, value: Value, node: Node, frame: Frame) -> Value:
+        """Return a new object of a class if a constructor makes it of this object; else the object itself."""
+        if not isinstance(value, Obj) or value.cls is None or not kind or kind.endswith("*"):
+            return value
+        cls = self.class_of(kind, frame)
+        own = self.bases(value.cls)
+        if cls is None or cls in own:
+            return value
+        for each in cls.methods.get(cls.name, []):
+            if len(each.parameters) != 1 or each.body is None:
+                continue
+            taken = self._type_of(each, 0)
+            if not taken or self.class_of(taken.removesuffix("*"), Frame(each.path, cls.full)) in own:
+                return self.construct(cls, [value], [], node, frame)
+        return value
 
     def _of_objects(self, routines: list[Routine], args: list[Value]) -> list[Routine]:
         """Return the overloads with parameters of the classes of the objects; without any, all of them."""

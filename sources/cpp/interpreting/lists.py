@@ -7,6 +7,7 @@ from dineros.sources.cpp.following.calls import Call
 from dineros.sources.cpp.following.statements import Statements
 from dineros.sources.cpp.parsing import text_of
 from dineros.sources.cpp.values import (
+    PAIRS,
     Const,
     Items,
     Made,
@@ -82,6 +83,6 @@ def _item(machine: Statements, call: Call, on: Items) -> Value:
 def _is_map(on: Items) -> bool:
     """Return whether a list of this reader stands for a map: a number is a key then, and not a position."""
     pairs = (
-        isinstance(each, Made) and each.path.endswith("pair") for item in on.values for each in options(item)
+        isinstance(each, Made) and each.path.endswith(PAIRS) for item in on.values for each in options(item)
     )
     return bool(on.keys) or any(pairs)
