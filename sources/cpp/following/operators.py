@@ -60,7 +60,29 @@ class Operators(Machine):
         for each, routines in able:
             with self.perhaps() if len(options(on)) > 1 else nullcontext():
                 found.append(self.run(routines, args, each, node, []))
+        if not able:
+            found = self._operated_outside(options(on), sign, args, node)
         return None if not found else found[0] if len(found) == 1 else Either(tuple(found))
+
+    def _operated_outside(
+        self, several: Sequence[Value], sign: str, args: list[Value], node: Node
+    ) -> list[Value]:
+        """Call an operator that is a function of the folder, for each object; return the results."""
+        found: list[Value] = []
+        for each in several:
+            if not isinstance(each, Obj) or each.cls is None or not self.frames:
+                continue
+            own = self.bases(each.cls)
+            routines = []
+            for one in self.index.find_functions(f"operator{sign}", self.frames[-1].path):
+                if len(one.parameters) == len(args) + 1:
+                    frame = Frame(one.path, one.space)
+                    if self.class_of(self.type_text(one.parameters[0].type, frame), frame) in own:
+                        routines.append(one)
+            if routines:
+                with self.perhaps() if len(several) > 1 else nullcontext():
+                    found.append(self.run(routines, [each, *args], None, node, []))
+        return found
 
     def tested(self, value: Value, node: Node) -> Value:
         """Return a value as a truth value: what ``operator bool`` of a class returns."""

@@ -134,6 +134,12 @@ IDIOMS: dict[str, dict[str, str]] = {
         "init": "sig_.connect(std::bind(&Robot::ask, this));",
         "tick": "sig_(3);",
     },
+    "operator_outside": {
+        "before": "class Robot; struct Asks { Robot * robot; }; void operator<<(Asks & asks, int);",
+        "members": "Asks asks_{this};",
+        "tick": "asks_ << 3;",
+        "after": "void operator<<(Asks & asks, int) { asks.robot->ask(); }",
+    },
     "if_constexpr": {
         "before": "template<bool B, class R> void go(R * r) { if constexpr (B) { r->ask(); } }",
         "tick": "go<true>(this);",
