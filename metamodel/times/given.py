@@ -12,13 +12,11 @@ True
 from __future__ import annotations
 
 from collections.abc import Iterator
-from fractions import Fraction
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.callbacks.bodies import Body
 from dineros.metamodel.callbacks.groups import (
-    callback_page_of,
     group_or_node,
     is_awaited,
     runs_callbacks,
@@ -26,13 +24,11 @@ from dineros.metamodel.callbacks.groups import (
     works_on_goals,
 )
 from dineros.metamodel.elements import (
-    arcs,
     channels,
     is_unseen,
     node_net_of,
     node_nets,
     pages,
-    resolve,
     system_model_of,
     transitions,
 )
@@ -175,49 +171,6 @@ def results_taken_until(client: sym.ActionClientPort, server: sym.NodeNet | None
     if client.channel is None or goals_taken_until(client.channel, server) is None:
         return None
     return _taken_until(client, node_net_of(client.goal), server)
-
-
-def results_fetched_until(
-    client: sym.ActionClientPort, exit_: pn.Place, server: sym.NodeNet | None
-) -> float | None:
-    """Return how long it takes at most from the end of a goal until its client has the result; None if open.
-
-    A client asks for the result once it knows that the goal is accepted, which takes up to three latencies
-    from the acceptance to the result. So the result of a goal that is shorter than two latencies may come
-    later than after one. A goal that is canceled ends after the client knows of the acceptance.
-
-    Parameters
-    ----------
-    exit_
-        The place of the server at which the goal ends.
-    """
-    taken, latency = results_taken_until(client, server), latency_of_calls(client)
-    if taken is None or client.channel is None or latency is None or latency.latest is None:
-        return None
-    most, action = Fraction(str(latency.latest)), client.channel
-    stop = action.server.cancel if any(each.cancel is not None for each in action.clients) else None
-    end = action.server.canceled
-    is_canceled = stop is not None and end is not None and resolve(exit_) is resolve(end)
-    waits = Fraction(0) if is_canceled else 2 * most - _least_work(action, stop)
-    return float(Fraction(str(taken)) + max(waits, Fraction(0) if stop is None else most))
-
-
-def _least_work(action: sym.ActionChannel, stop: pn.Place | None) -> Fraction:
-    """Return the least time that a server works on a goal that is not canceled at its beginning, or less."""
-    entry = action.server.entry
-    page = callback_page_of(entry)
-    if page is None:
-        return Fraction(0)
-    if page.duration is not None:
-        return Fraction(str(page.duration.earliest))
-    model = system_model_of(action)
-    among = [each for each in page.eAllContents() if isinstance(each, pn.Arc)]
-    among += () if model is None else arcs(model)
-    inputs = [(resolve(each.source), resolve(each.target)) for each in among]
-    stopped = [target for source, target in inputs if stop is not None and source is resolve(stop)]
-    begins = [target for source, target in inputs if source is resolve(entry) and target not in stopped]
-    given = [each.interval for each in begins if isinstance(each, pn.Transition)]
-    return min((Fraction(str(each.earliest if each else 0)) for each in given), default=Fraction(0))
 
 
 def _taken_until(

@@ -10,7 +10,6 @@ from dineros.metamodel.times.given import (
     latency_between,
     latency_of_calls,
     lifespan_between,
-    results_fetched_until,
     results_taken_until,
 )
 from dineros.metamodel.times.intervals import copied_interval, exactly
@@ -173,14 +172,6 @@ class HeardUntil(Query):
     datatype = REAL
     _words = "latest latency of {0} from {1}, and reaction"
     _answer = staticmethod(results_taken_until)
-
-
-class FetchedUntil(Query):
-    """Maximum time from the end of a goal until its client takes the result."""
-
-    datatype = REAL
-    _words = "latest time from the end of a goal at {1} of {2} until {0} has the result"
-    _answer = staticmethod(results_fetched_until)
 
 
 class KnowsOfAcceptance(Query):

@@ -10,13 +10,11 @@ from __future__ import annotations
 from dineros.metamodel import pn, sym
 from dineros.transformations.language import Index, Made, New, Node
 from dineros.transformations.rules.actions.ends import End
-from dineros.transformations.rules.actions.goals import A1, A2, A3, A1Result, Heard, Taken, Wish
-from dineros.transformations.rules.actions.outcomes import Exits
+from dineros.transformations.rules.actions.goals import A1, A2, A3, Heard, Taken, Wish
 from dineros.transformations.rules.actions.slots import slots
 from dineros.transformations.rules.notation import action_with_client, at_once
 from dineros.transformations.rules.phases import Phase, StandardRule
 from dineros.transformations.rules.queries.message_times import (
-    FetchedUntil,
     GoalsInTime,
     HeardUntil,
     KnowsOfAcceptance,
@@ -121,21 +119,6 @@ class D11Enter(StandardRule, phase=Phase.intervals, middleware="ros2", times=Tru
     drops = at_once(drop)
 
     where = [GoalsInTime(action, Home(action.server.entry)), ResultsInTime(client, Home(action.server.entry))]
-
-
-class D11Result(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """A client takes a result within the latency; it asks for it once it knows of the acceptance."""
-
-    action, client = action_with_client()
-    exit = Node(pn.Place, of=Exits(action.server))
-    answer = Made(A1Result.answer, of=[client, exit])
-    move = Node(pn.Transition, of=answer.move)
-
-    within = New(
-        pn.TimeInterval, into=move.interval, latest=FetchedUntil(client, exit, Home(action.server.entry))
-    )
-
-    where = [ResultsInTime(client, Home(action.server.entry)), ~HasInterval(move)]
 
 
 class D11Heard(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
