@@ -49,7 +49,7 @@ class Answering:
     answer : Outcome or None
         The answer.
     left : Outcome
-        The result if there is no answer: the reason why nothing is known.
+        The result if there is no answer, with the reason.
     """
 
     question: Question

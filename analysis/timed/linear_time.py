@@ -9,10 +9,10 @@ signal while something else has to fire, are no run of a real system. One kind o
 only transitions with the interval ``[0,0]`` from some moment on. There the model itself stops time. With
 priorities, transitions with priority over others belong to this kind, too.
 
-Each beginning of a run continues as a run that counts, so no formula holds for want of runs: fire only what
-must fire at that moment, and what has priority over it. If that run is not of the kind that stops time,
-then some transition with a latest bound above 0 fires infinitely often, each time after it was enabled for
-as long as that bound.
+Each beginning of a run continues as a run that counts, so no formula holds only because there are no
+runs: fire what must fire at that moment, and what has priority over it. If that run is not of the kind that
+stops time, then some transition with a latest bound above 0 fires infinitely often, each time after it was
+enabled for as long as that bound.
 
 A run takes infinite time if a transition with the interval ``[1, inf)``, which is always enabled, can fire in
 it infinitely often. This is exact, but makes more classes. So it is asked only if all violations that were

@@ -92,7 +92,7 @@ class Waiting:
         """Return whether the net itself limits a client to one request or goal under way.
 
         `copied`: callbacks of which several copies share the client. Each copy has a token of its own, so the
-        callback is no limit.
+        callback does not limit the client.
         """
         stack, seen = [frozenset({_under_way(client)})], set[frozenset[Key]]()
         shared = {("turn", page) for page in copied}

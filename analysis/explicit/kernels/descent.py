@@ -50,7 +50,7 @@ def enter(net, goals, stubborn, markings, notes, stack, left, tokens, sums):  # 
 def descend(  # type: ignore[no-untyped-def]
     shape, net, goals, stubborn, markings, notes, stack, left, budget
 ):  # fmt: skip
-    """Visit up to `budget` markings. It ends early at a goal, if there is no room, or if a place overflows.
+    """Visit up to `budget` markings; end early at a goal, if memory is full, or if a place overflows.
 
     Parameters
     ----------

@@ -1,6 +1,6 @@
 """Local states that only an unguarded move reaches, contracted with the local state before them.
 
-A process often takes steps that nobody else can observe or prevent. Let b be a local state that is not
+A process often takes steps that no other process can observe or prevent. Let b be a local state that is not
 initial. If each event that moves the level to b comes from the local state a and changes no other level, if
 one of these events touches no other level, and if each event that b allows to stay is also allowed by a, then
 b is reachable together with exactly those local states of the other levels with which a is: the unguarded
@@ -192,7 +192,7 @@ def _root(state: int, before: dict[int, int]) -> int:
 
 
 def _parts(table: Table, of_state: Sequence[int]) -> list[Table]:
-    """Return a table over contracted local states, as several ones if it is no injective function."""
+    """Return a table over contracted local states; it is split if it is not an injective function."""
     size = max(of_state) + 1
     parts: list[list[int]] = []
     for i, j in enumerate(table):
