@@ -27,7 +27,7 @@ ASKED = 0.7
 """Seconds after a warning in which the mission's request to dock has begun."""
 CHARGED = 0.17
 """Seconds after its arrival at the dock in which the robot is charged and leaves."""
-TRIED_AGAIN = 0.09
+TRIED_AGAIN = 0.12
 """Seconds after a way is blocked in which the mission has decided what comes next."""
 DEADLINES = {
     "AsksForTheDockInTime": f"fired(TWarn) leads to fired(TSearch) within {ASKED}",

@@ -185,6 +185,7 @@ FAMILIES = (
             "times.reactions",
             "times.time_outs",
             "times.orders",
+            "times.results",
             "times.goals",
             "times.managed",
         ),

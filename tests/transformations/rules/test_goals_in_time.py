@@ -82,31 +82,36 @@ def driving(
 
 def comes_within(model: sym.SystemModel, first: str, last: str, bound: int) -> bool:
     net = timed_base_subject(model).timed
-    formula = read_bounded(f'G (fired("{first}") -> F[<={bound}] fired("{last}"))')
+    formula = read_bounded(f'G (fired("{first}") -> F[<={bound}] (fired("{last}")))')
     assert formula is not None
     answer = decide_bounded(net, formula, budget=Budget(seconds=120))
     assert answer.status in ("holds", "violated"), answer.reason
     return answer.status == "holds"
 
 
-SEND, RESULT, ACCEPT = (f"Act.client.sender.{each}" for each in ("send", "result.There", "accept[1]"))
+SEND, RESULT, ANY, ACCEPT = (
+    f"Act.client.sender.{each}" for each in ("send", "result.There", "result.There.any", "accept[1]")
+)
 
 
 @pytest.mark.parametrize(
     ("latency", "work"), [((0, 1), (3, 5)), ((0, 0), (4, 4)), ((2, 3), (0, 6)), ((0, 2), (1, 1))]
 )
 def test_a_result_comes_after_two_latencies_and_the_work(latency: Span, work: Span) -> None:
+    """The client asks for the result once it knows of the acceptance, so four latencies are needed."""
     model = driving(Drive(30, latency, work))
-    most = 2 * latency[1] + work[1]
-    assert comes_within(model, SEND, RESULT, most)
-    assert not comes_within(model, SEND, RESULT, most - 1)
+    most = 2 * latency[1] + max(work[1], 2 * latency[1])
+    results = f'{RESULT}") | fired("{ANY}'
+    assert comes_within(model, SEND, results, most)
+    assert not comes_within(model, SEND, results, most - 1)
 
 
 def test_a_result_comes_not_before_the_least_work() -> None:
     model = driving(Drive(30, (0, 1), (3, 5)))
     net = timed_base_subject(model).timed
     early, late = (
-        read_bounded(f'G (fired("{ACCEPT}") -> G[<={bound}] !fired("{RESULT}"))') for bound in (2, 3)
+        read_bounded(f'G (fired("{ACCEPT}") -> G[<={bound}] !(fired("{RESULT}") | fired("{ANY}")))')
+        for bound in (2, 3)
     )
     assert early is not None and late is not None
     assert decide_bounded(net, early).status == "holds"
@@ -114,10 +119,13 @@ def test_a_result_comes_not_before_the_least_work() -> None:
 
 
 def test_engines_take_goals_and_results_within_latency_and_reaction() -> None:
-    """The server accepts within 2 + 1, arrives within 1, and the client takes the result within 2 + 1."""
+    """Each of four messages takes 2 + 1: the goal, the acceptance, the request for the result, the result.
+
+    The server arrives within 1 meanwhile.
+    """
     model = driving(Drive(30, (0, 2), (0, 0)), "net", "net")
-    assert comes_within(model, SEND, RESULT, 7)
-    assert not comes_within(model, SEND, RESULT, 6)
+    assert comes_within(model, SEND, RESULT, 12)
+    assert not comes_within(model, SEND, RESULT, 11)
 
 
 def test_a_goal_that_is_recalled_is_over_soon() -> None:
@@ -207,15 +215,19 @@ def facts_of_net(drive: Drive) -> tuple[int, int, int]:
 @pytest.mark.long
 @pytest.mark.parametrize("seed", range(24))
 def test_the_net_can_do_all_that_a_plain_program_does(seed: int) -> None:
-    """And no more, while one goal is under way at a time."""
+    """And no more, while one goal is under way at a time.
+
+    In the program, a server knows at once that the result is asked for. In the net, goals with latencies that
+    follow each other more quickly have results at any time, so too many markings are possible.
+    """
     draw = Random(seed)
     least = draw.randint(0, 2)
     latency = (least, least + draw.randint(0, 2))
     shortest = draw.randint(0, 5)
     work = (shortest, shortest + draw.randint(0, 3))
     slots = draw.randint(1, 2)
-    total = 2 * latency[1] + work[1]
-    period = draw.choice([total + 1, max(1, work[1] // slots + 1)])
+    total = 2 * latency[1] + max(work[1], 2 * latency[1])
+    period = draw.choice([total + 1, max(1, work[1] // slots + 1)] if latency[1] == 0 else [total + 1])
     drive = Drive(period, latency, work, slots)
     plain, net = facts_of(drive), facts_of_net(drive)
     assert all(ours >= theirs for ours, theirs in zip(net, plain, strict=True)), (drive, plain, net)

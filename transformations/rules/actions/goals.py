@@ -66,6 +66,13 @@ class Answer(Heard):
         self.arcs = [arc(waiting, self.move), arc(self.move, ready)]
 
 
+class Result(Answer):
+    """A client takes the result of its goal."""
+
+
+RESULT = Meaning("{client} learns that its goal of action {action} is {outcome}", step=Outcome, part="result")
+
+
 class A1(StandardRule, phase=Phase.goals):
     """A client's goals: one at a time, or as many as it specifies."""
 
@@ -103,12 +110,7 @@ class A1Result(StandardRule, phase=Phase.goals):
         ),
         carries=True,
     )
-    answer = Answer(
-        "{action.id}.client.{client.client}.result.{exit.id}",
-        result,
-        ready,
-        Meaning("{client} learns that its goal of action {action} is {outcome}", step=Outcome, part="result"),
-    )
+    answer = Result("{action.id}.client.{client.client}.result.{exit.id}", result, ready, RESULT)
 
 
 class A1Fetch(StandardRule, phase=Phase.goals):
@@ -117,7 +119,7 @@ class A1Fetch(StandardRule, phase=Phase.goals):
     action, client = action_with_client()
     exit = Node(pn.Place, of=Exits(action.server))
     fetched = Node(pn.Place, of=Fetched(client, exit))
-    answer = Made(A1Result.answer, of=[client, exit])
+    answer = Made(Result, of=[client, exit])
 
     fetches = arc(answer.move, fetched)
 

@@ -5,13 +5,28 @@ Only a goal whose acceptance is known has a handle with which `rclpy` and `rclcp
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from dineros.metamodel import pn, sym
+from dineros.metamodel.base import EObject
 from dineros.metamodel.records import Accepted
-from dineros.transformations.language import Index, Made, Meaning, Node
+from dineros.transformations.language import Expression, Fragment, Index, Made, Meaning, Node
 from dineros.transformations.rules.actions.goals import A2, A3, A1Result, Heard
 from dineros.transformations.rules.actions.slots import slots
 from dineros.transformations.rules.notation import Bound, action_with_client, arc, place, read, transition
 from dineros.transformations.rules.phases import Phase, StandardRule
+
+
+class Acceptance(Fragment):
+    """The message that a goal is accepted.
+
+    `told`: the place of the message on its way. `learn`: the transition with which the client takes it.
+    """
+
+    roles: Mapping[str, type[EObject]] = {"told": pn.Place, "learn": pn.Transition}
+
+    def __init__(self, told: Expression, learn: Expression) -> None:
+        super().__init__(told=told, learn=learn)
 
 
 class A9(StandardRule, phase=Phase.outcomes):
@@ -30,6 +45,7 @@ class A9(StandardRule, phase=Phase.outcomes):
     )
     arcs = [arc(told, learn), arc(learn, accepted)]
 
+    message = Acceptance(told, learn)
     heard = Heard(learn)
 
 
@@ -39,18 +55,18 @@ class A9Accept(StandardRule, phase=Phase.outcomes):
     action, client = action_with_client()
     slot = Index(upto=slots(action))
     accept = Made(A2.accept, of=[client, slot])
-    told = Made(A9.told, of=client)
+    message = Made(Acceptance, of=client)
 
-    answers = arc(accept, told)
+    answers = arc(accept, message.told)
 
 
 class A9Once(StandardRule, phase=Phase.outcomes):
     """With one goal under way, there is one such answer at most."""
 
     client = Node(sym.ActionClientPort, outstanding=1)
-    told = Made(A9.told, of=client)
+    message = Made(Acceptance, of=client)
 
-    bound = Bound(told, 1, means=Meaning("no acceptance for {client} under way", rests=True))
+    bound = Bound(message.told, 1, means=Meaning("no acceptance for {client} under way", rests=True))
 
 
 class A9Handle(StandardRule, phase=Phase.outcomes):

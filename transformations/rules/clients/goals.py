@@ -17,7 +17,7 @@ from dineros.transformations.language import TRUTH, Expression, Fragment, Index,
 from dineros.transformations.language.errors import LANGUAGE
 from dineros.transformations.language.functions import Query
 from dineros.transformations.language.meaning import QueueKind
-from dineros.transformations.rules.actions.goals import A1, A2, A1Result, A2Reject
+from dineros.transformations.rules.actions.goals import A1, A2, A1Result, A2Reject, Result
 from dineros.transformations.rules.actions.outcomes import Exits
 from dineros.transformations.rules.actions.slots import slots
 from dineros.transformations.rules.notation import Bound, action_with_client, arc, place, transition
@@ -195,9 +195,6 @@ class G2Result(StandardRule, phase=Phase.goals, middleware="ros2"):
     load = Made(G2.load, of=client)
     capacity = Made(G2.capacity, of=client)
     result = Made(A1Result.result, of=[client, exit])
-    answer = Made(A1Result.answer, of=[client, exit])
-    learn = Node(pn.Transition, of=answer.move)
-    past = Node(pn.Arc, source=result, target=learn)
 
     kept = place(
         "{action.id}.client.{client.client}.kept.{exit.id}",
@@ -213,12 +210,27 @@ class G2Result(StandardRule, phase=Phase.goals, middleware="ros2"):
         drops=entering("result", RESULTS, "drop", "a result for {client} of action {action} is lost"),
         kept=[kept],
     )
-    takes = [arc(kept, learn), arc(load, learn), arc(learn, capacity)]
     sending = Bound(
         result,
         1,
         means=Meaning("room for a result for {client} of action {action}", part="way", rests=True),
     )
+
+
+class G2Take(StandardRule, phase=Phase.goals, middleware="ros2"):
+    """The client takes them from it."""
+
+    action, client = action_with_client()
+    exit = Node(pn.Place, of=Exits(action.server))
+    load = Made(G2.load, of=client)
+    capacity = Made(G2.capacity, of=client)
+    result = Made(A1Result.result, of=[client, exit])
+    kept = Made(G2Result.kept, of=[client, exit])
+    answer = Made(Result, of=[client, exit])
+    learn = Node(pn.Transition, of=answer.move)
+    past = Node(pn.Arc, source=result, target=learn)
+
+    takes = [arc(kept, learn), arc(load, learn), arc(learn, capacity)]
 
     deletes = [past]
 

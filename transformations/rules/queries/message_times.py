@@ -174,17 +174,6 @@ class HeardUntil(Query):
     _answer = staticmethod(results_taken_until)
 
 
-class KnowsOfAcceptance(Query):
-    """Whether the rules model the message by which a client learns that its goal is accepted."""
-
-    datatype = TRUTH
-    _words = "the acceptance of the goal of {} is a message of the model"
-
-    @staticmethod
-    def _answer(client: sym.ActionClientPort) -> bool:
-        return client.accepted is not None and client.outstanding == 1
-
-
 class GivesUpInTime(Query):
     """Whether the rules model the earliest time at which a client gives up."""
 

@@ -10,14 +10,13 @@ from __future__ import annotations
 from dineros.metamodel import pn, sym
 from dineros.transformations.language import Index, Made, New, Node
 from dineros.transformations.rules.actions.ends import End
-from dineros.transformations.rules.actions.goals import A1, A2, A3, Heard, Taken, Wish
+from dineros.transformations.rules.actions.goals import A1, A2, Heard, Taken, Wish
 from dineros.transformations.rules.actions.slots import slots
 from dineros.transformations.rules.notation import action_with_client, at_once
 from dineros.transformations.rules.phases import Phase, StandardRule
 from dineros.transformations.rules.queries.message_times import (
     GoalsInTime,
     HeardUntil,
-    KnowsOfAcceptance,
     ResultsInTime,
     TakenUntil,
 )
@@ -61,26 +60,6 @@ class D11Taken(StandardRule, phase=Phase.intervals, middleware="ros2", times=Tru
     within = New(pn.TimeInterval, into=move.interval, latest=TakenUntil(action, Home(action.server.entry)))
 
     where = [GoalsInTime(action, Home(action.server.entry)), ~HasInterval(move)]
-
-
-class D11Unknown(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
-    """A client asks to cancel a goal once it knows that it is accepted, which a latency tells.
-
-    The rules do not model that message if the client has no place for it, or several goals under way.
-    """
-
-    action, client = action_with_client()
-    slot = Index(upto=slots(action))
-    ask = Made(A3.asks, of=[client, slot])
-    move = Node(pn.Transition, of=ask.move)
-
-    within = New(pn.TimeInterval, into=move.interval, latest=HeardUntil(client, Home(action.server.entry)))
-
-    where = [
-        ResultsInTime(client, Home(action.server.entry)),
-        ~KnowsOfAcceptance(client),
-        ~HasInterval(move),
-    ]
 
 
 class D11Wish(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):

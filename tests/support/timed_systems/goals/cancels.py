@@ -2,7 +2,8 @@
 
 Each of some engines sends one goal to an action and asks to cancel it some time later, once it has learned
 that the goal is accepted. A slot of the action works on a goal. The work ends by itself, or some time after
-the slot has heard of the request. A thread of the server is free for goals and requests at any time.
+the slot has heard of the request. A thread of the server is free for goals and requests at any time. A client
+asks for the result once it has learned of the acceptance, and the server sends it once both have happened.
 """
 
 from __future__ import annotations
@@ -89,7 +90,7 @@ class _Client(NamedTuple):
     goal: str
     """`wish`, `way`, `queue`, `work`, or the outcome."""
     spent: int
-    """Time in that phase; -1: the result has come."""
+    """Time in that phase, or since the result was sent; -1: the result has come."""
     since: int
     """Since the goal was sent."""
     ask: str
@@ -98,6 +99,13 @@ class _Client(NamedTuple):
     """Time in that phase."""
     learning: int = -1
     """Since the server accepted the goal; -1 before that, and once the client has learned of it."""
+    fetching: int = -1
+    """Since the client asked for the result; -1 before that, and once the server knows."""
+
+    @property
+    def is_fetched(self) -> bool:
+        """Whether the server has been asked for the result."""
+        return self.learning < 0 and self.fetching < 0
 
 
 class Explorer:
@@ -144,18 +152,20 @@ class Explorer:
         if client.goal == "queue" and is_free:
             yield client._replace(goal="work", spent=0, learning=0), True
         if client.learning >= system.latency[0]:
-            yield client._replace(learning=-1), client.learning == system.latency[1]
+            yield client._replace(learning=-1, fetching=0), client.learning == system.latency[1]
+        if client.fetching >= system.latency[0]:
+            yield client._replace(fetching=-1), client.fetching == system.latency[1]
         if client.goal == "work":
             if client.spent >= system.work[0]:
                 yield _over(client, "succeeded"), client.spent == system.work[1]
             if client.ask == "heard" and client.asked >= system.stop[0]:
                 yield _over(client, "canceled"), client.asked == system.stop[1]
-        if client.goal in ("succeeded", "canceled") and client.spent >= system.latency[0]:
+        is_over = client.goal in ("succeeded", "canceled")
+        if is_over and client.is_fetched and client.spent >= system.latency[0]:
             least, most = self.times.get(client.goal, (client.since, client.since))
             self.times[client.goal] = min(least, client.since), max(most, client.since)
             yield client._replace(spent=-1, since=0), client.spent == system.latency[1]
         if client.ask == "wait" and client.asked >= system.patience[0]:
-            is_over = client.goal in ("succeeded", "canceled")
             wishes = client._replace(ask="gone" if is_over else "wish", asked=0)
             yield wishes, client.asked == system.patience[1]
         if client.ask == "wish" and client.goal == "work" and client.learning < 0:
@@ -167,14 +177,16 @@ class Explorer:
 def _over(client: _Client, outcome: str) -> _Client:
     """Return a client whose goal is over; a request that is under way is gone."""
     ask, asked = (client.ask, client.asked) if client.ask == "wait" else ("gone", 0)
-    return client._replace(goal=outcome, spent=0, ask=ask, asked=asked, learning=-1)
+    return client._replace(goal=outcome, spent=0, ask=ask, asked=asked)
 
 
 def _older(client: _Client) -> _Client:
-    goes_on = client.goal in ("wish", "way", "work", "succeeded", "canceled") and client.spent >= 0
+    is_over = client.goal in ("succeeded", "canceled") and client.is_fetched
+    goes_on = (client.goal in ("wish", "way", "work") or is_over) and client.spent >= 0
     return client._replace(
         spent=client.spent + goes_on,
         since=client.since + (client.goal != "wish" and client.spent >= 0),
         asked=client.asked + (client.ask in ("wait", "way", "heard")),
         learning=client.learning + (client.learning >= 0),
+        fetching=client.fetching + (client.fetching >= 0),
     )
