@@ -44,8 +44,8 @@ class TinaBudgetError(TinaError):
 
 
 _NO_MEMORY = re.compile(
-    "failed to map segment|allocate memory|memory allocation failed|out of memory|bad_alloc|Out_of_memory"
-    "|MemoryError"
+    "failed to map segment|cannot allocate|allocate memory|memory allocation failed|out of memory|bad_alloc"
+    "|Out_of_memory|MemoryError"
 )
 """What loaders, the C library and run-time systems say."""
 

@@ -174,7 +174,7 @@ class Round:
         self.process.send_signal(signal.Signals[number])
         self.process.wait(PATIENCE)
         end = time.monotonic() + PATIENCE
-        while any(map(_is_there, left.values())):
+        while left := {name: process for name, process in left.items() if _is_there(process)}:
             if time.monotonic() > end:
                 raise LostError(f"processes are left over: {left}")
             time.sleep(0.02)

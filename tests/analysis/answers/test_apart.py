@@ -44,10 +44,11 @@ def ends(process: int) -> bool:
 
 
 class UntellableError(Exception):
-    """Cannot be made from what is said of it."""
+    """Cannot be pickled, whatever libraries teach `pickle` about errors."""
 
     def __init__(self, one: int, two: int) -> None:
         super().__init__(f"{one} and {two}")
+        self.cause = lambda: None
 
 
 def test_what_is_told_and_returned_arrives_in_order() -> None:

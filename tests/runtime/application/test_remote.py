@@ -117,8 +117,10 @@ def test_a_process_is_steered_until_it_is_killed_and_its_successor_too(tmp_path:
 def test_a_process_that_stands_still_keeps_nobody_waiting(tmp_path: Path) -> None:
     with supervised(tmp_path, NODE) as (remote, supervisor):
         until(lambda: remote.look().state == "running")
-        os.kill(supervisor.processes["talker"], signal.SIGSTOP)
+        process = supervisor.processes["talker"]
+        os.kill(process, signal.SIGSTOP)
         try:
+            until(lambda: Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] == "T")
             with pytest.raises(SteeringError, match=r"talker does not answer \(it may still carry it out\)"):
                 remote.pause("for a test")
             for _ in range(1000):  # these are not even said: the first one is still to be answered
@@ -126,7 +128,7 @@ def test_a_process_that_stands_still_keeps_nobody_waiting(tmp_path: Path) -> Non
                     remote.proceed()
             until(lambda: remote.look() == SILENT)
         finally:
-            os.kill(supervisor.processes["talker"], signal.SIGCONT)
+            os.kill(process, signal.SIGCONT)
         until(lambda: remote.look().state == "halted")
         remote.proceed()
         until(lambda: remote.look().state == "running")
