@@ -9,6 +9,8 @@ from dineros.sources.language.modules import Module, Modules
 
 _DYNAMIC = frozenset(("__import__", "exec", "eval", "importlib", "runpy", "pkgutil"))
 """Names with which a module may import others that its text does not name."""
+_HARMLESS = frozenset(("importlib.util.find_spec", "importlib.metadata", "importlib.resources"))
+"""Parts of ``importlib`` that run no other module."""
 _ALWAYS = frozenset(("rclpy", "rospy"))
 
 
@@ -49,7 +51,7 @@ class RosImports:
         if module.path not in self._known:
             inner: set[str] = set()
             has_ros = False
-            for node in ast.walk(module.tree):
+            for node in module.nodes:
                 has_ros |= getattr(node, "id", None) in _DYNAMIC
                 for name, level in _named(node):
                     first = name.partition(".")[0]
@@ -72,6 +74,9 @@ def _named(node: ast.AST) -> Iterator[tuple[str, int]]:
             parts = each.name.split(".")
             yield from ((".".join(parts[:count]), 0) for count in range(1, len(parts) + 1))
     elif isinstance(node, ast.ImportFrom):
+        named = {f"{node.module}.{each.name}" for each in node.names}
+        if not node.level and (node.module in _HARMLESS or named <= _HARMLESS):
+            return
         parts = (node.module or "").split(".") if node.module else []
         yield from ((".".join(parts[:count]), node.level) for count in range(len(parts) + 1))
         for each in node.names:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from dineros.sources.branches import Called
+from dineros.sources.facts import Item
 from dineros.sources.language.computing.operations import short
 from dineros.sources.language.instances import Instances
 from dineros.sources.language.machine import MOST_CALLS, MOST_SIMILAR
@@ -205,6 +206,10 @@ class Interpreter(Instances):
         frame: Frame,
         instance: Value | None,
     ) -> Value:
+        known = self.plain.result(function, [*args, *keys.values()])
+        if known is not None:
+            self._raise_again(function, node, frame)
+            return known
         same = [each for each in self.calls if each.node is function.node and each.code is function.code]
         depth = sum(each.frame is function.frame for each in same)  # a decorator makes others of one text
         if len(self.calls) >= MOST_CALLS or depth > 1 or len(same) > MOST_SIMILAR:
@@ -227,6 +232,7 @@ class Interpreter(Instances):
         activity = self.activity
         held, conditional = len(activity.holding), activity.conditional
         is_lost = _is_lost(function, node, self.awaited)
+        body: list[Item] = []
         try:
             with self.block() as body:
                 if isinstance(function.node, ast.Lambda):
@@ -244,7 +250,21 @@ class Interpreter(Instances):
                 activity.is_lost |= is_lost
         if "falls" in ends:
             inner.returns.append(Const(None))
-        return join(inner.returns)
+        result = join(inner.returns)
+        self.plain.keep(function, result, body)
+        return result
+
+    def _raise_again(self, function: Function, node: ast.AST, frame: Frame) -> None:
+        """Record the errors that a call may raise whose function is not followed again."""
+        errors = self.plain.errors(function)
+        if not errors:
+            return
+        self.trail.append((frame.module.path, getattr(node, "lineno", 0), getattr(node, "col_offset", 0)))
+        with self.block() as body, self.perhaps():
+            for each in errors:
+                self._run_Raise(each, function.frame)
+        self.trail.pop()
+        self.activity.block.append(Called(body))
 
     def _bind(self, function: Function, args: list[Value], keys: dict[str, Value], inner: Frame) -> None:
         """Assign arguments or defaults to parameters."""

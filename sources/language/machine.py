@@ -11,6 +11,7 @@ from dineros.sources.branches import Do
 from dineros.sources.facts import STARTING, CallbackFact, Effect, Entity, Item, NodeFact
 from dineros.sources.language.activities import Activity, Block, Perhaps
 from dineros.sources.language.attributes import Attributes, Slots, Written, lend
+from dineros.sources.language.computing.plain import PlainFunctions
 from dineros.sources.language.inner import callback_key, widen
 from dineros.sources.language.modules import Module, Modules
 from dineros.sources.language.values import (
@@ -128,9 +129,11 @@ class Machine(Slots):
         self.steps = 0
         self.most_steps = MOST_STEPS
         self.pools = 0
+        self.turns_again = 0
         self._order = 0
         self._index: dict[int, tuple[list[Effect], dict[Hashable, Effect], int]] = {}
         self.home = ""
+        self.plain = PlainFunctions(self.frames)
         self.stars: dict[str, list[str]] = {}  # of modules outside of the folder, by the file
         self.attributes = Attributes()
         self.awaited: ast.AST | None = None

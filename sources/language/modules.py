@@ -30,11 +30,13 @@ _MAY_BE_LARGE = re.compile(rb"[0-9A-Fa-f_]{16}|[eE]\+?[0-9_]{3}")
 class Module:
     """A file of the program."""
 
-    def __init__(self, path: str, tree: ast.Module) -> None:
+    def __init__(self, path: str, tree: ast.Module, nodes: list[ast.AST]) -> None:
         self.path = path
         """Relative to the folder."""
         self.tree = tree
         """Its syntax tree."""
+        self.nodes = nodes
+        """All nodes of the tree, in the order of ``ast.walk``: several searches go through them."""
 
     @property
     def stem(self) -> str:
@@ -110,10 +112,10 @@ class Modules:
         """Return a module by its path; None: it cannot be read."""
         self._asked.add(path)
         if path not in self.all:
-            tree = self._parse(path)
-            if tree is None:
+            found = self._parse(path)
+            if found is None:
                 return None
-            self.all[path] = Module(path, tree)
+            self.all[path] = Module(path, *found)
         return self.all[path]
 
     def find(self, name: str, by: Module) -> str | None:
@@ -180,7 +182,8 @@ class Modules:
                 found.add(".".join(parts[len(base.parts) :]))
         return found
 
-    def _parse(self, path: str) -> ast.Module | None:
+    def _parse(self, path: str) -> tuple[ast.Module, list[ast.AST]] | None:
+        """Return the tree of a file with all its nodes; None: it cannot be read."""
         content = self._folder.content(path)
         if content is None:
             return None
@@ -188,11 +191,10 @@ class Modules:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")  # of invalid escapes: not ours
                 tree = ast.parse(content)  # knows marks of the encoding
-            deep = _is_deep(tree)
+            nodes = _nodes_of(tree)
         except SyntaxError as error:
-            if "too many nested" in str(error.msg):
-                deep = True
-            else:
+            nodes = []
+            if "too many nested" not in str(error.msg):
                 line = f" in line {error.lineno}" if error.lineno else ""
                 version = f"Python {sys.version_info[0]}.{sys.version_info[1]}"
                 self._folder.unread.append(f"{path}: {version} cannot parse it{line}: {error.msg}")
@@ -201,11 +203,14 @@ class Modules:
             self._folder.unread.append(f"{path}: Python cannot parse it: {error}")
             return None
         except (RecursionError, MemoryError):
-            deep = True
-        if deep:
+            nodes = []
+        if not nodes:
             self._folder.unread.append(f"{path}: its code is nested more than {MOST_DEPTH} levels deep")
             return None
-        return _WithoutLargeNumbers().visit(tree) if _MAY_BE_LARGE.search(content) else tree
+        if _MAY_BE_LARGE.search(content):
+            tree = _WithoutLargeNumbers().visit(tree)
+            nodes = list(ast.walk(tree))
+        return tree, nodes
 
 
 class _WithoutLargeNumbers(ast.NodeTransformer):
@@ -227,14 +232,16 @@ def text_of_code(node: ast.AST) -> str:
     return known
 
 
-def _is_deep(tree: ast.AST) -> bool:
-    """Return whether a tree is nested too deeply to be followed."""
+def _nodes_of(tree: ast.AST) -> list[ast.AST]:
+    """Return all nodes of a tree, level by level; none, if it is nested too deeply to be followed."""
+    found: list[ast.AST] = []
     level: list[ast.AST] = [tree]
     for _ in range(MOST_DEPTH):
+        found += level
         level = [child for node in level for child in ast.iter_child_nodes(node)]
         if not level:
-            return False
-    return True
+            return found
+    return []
 
 
 def _shared(one: tuple[str, ...], other: tuple[str, ...]) -> int:

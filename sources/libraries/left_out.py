@@ -13,7 +13,7 @@ from dineros.sources.libraries.making import CREATES
 def calls_of(modules: Iterable[Module]) -> Iterator[MakingCall]:
     """Yield the calls in modules that create entities, including dead code."""
     for module in modules:
-        for node in ast.walk(module.tree):
+        for node in module.nodes:
             if (
                 isinstance(node, ast.Call)
                 and isinstance(node.func, ast.Attribute)

@@ -236,7 +236,7 @@ def _classes_of_nodes(folder: SourceFolder, modules: Modules) -> Iterator[tuple[
             continue
         module = modules.module(path)
         others = _other_names(module) if module is not None else {}
-        for node in ast.walk(module.tree) if module is not None else ():
+        for node in module.nodes if module is not None else ():
             if isinstance(node, ast.ClassDef):
                 bases = [ast.unparse(base) for base in node.bases]
                 extended |= {others.get(base, base.rpartition(".")[2]) for base in bases}
@@ -253,7 +253,7 @@ def _other_names(module: Module) -> dict[str, str]:
     """Return the original names of imports that a module renames."""
     return {
         each.asname: each.name
-        for node in ast.walk(module.tree)
+        for node in module.nodes
         if isinstance(node, ast.ImportFrom)
         for each in node.names
         if each.asname is not None

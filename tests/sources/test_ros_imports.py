@@ -35,11 +35,18 @@ def test_programs_that_come_to_ros_by_other_modules_are_followed(tmp_path: Path,
     assert names == ["robot"]
 
 
-def test_programs_without_ros_are_not_followed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    "imports", ["", "from importlib.util import find_spec", "from importlib.metadata import version"]
+)
+def test_programs_without_ros_are_not_followed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, imports: str
+) -> None:
     """They take most of the time in folders with windows and calculations."""
     steps: list[int] = []
     monkeypatch.setattr(Machine, "step", lambda self: steps.append(1))
-    main = "import numpy\ndef main():\n    print(numpy.ones(3))\nif __name__ == '__main__': main()\n"
+    main = (
+        imports + "\nimport numpy\ndef main():\n    print(numpy.ones(3))\nif __name__ == '__main__': main()\n"
+    )
     assert not read_source(written(tmp_path, start=main)).nodes
     assert not steps
 

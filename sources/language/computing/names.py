@@ -142,9 +142,9 @@ _BUILT_IN = frozenset(
 @lru_cache(maxsize=4096)
 def _assigned_once(module: Module) -> frozenset[str]:
     """Return the variables of a module that only one statement assigns, in no branch."""
-    names = (each for each in ast.walk(module.tree) if isinstance(each, ast.Name))
+    names = (each for each in module.nodes if isinstance(each, ast.Name))
     stores = Counter(each.id for each in names if not isinstance(each.ctx, ast.Load))
-    changed = {name for each in ast.walk(module.tree) if isinstance(each, ast.Global) for name in each.names}
+    changed = {name for each in module.nodes if isinstance(each, ast.Global) for name in each.names}
     assigned = (each for each in module.tree.body if isinstance(each, (ast.Assign, ast.AnnAssign)))
     found = {
         target.id
