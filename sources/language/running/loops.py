@@ -6,7 +6,7 @@ import ast
 from collections.abc import Callable
 
 from dineros.sources.branches import Anything, Condition, Loop, Turns
-from dineros.sources.facts import TRANSFORM
+from dineros.sources.facts import TRANSFORM, Item
 from dineros.sources.language.computing.operations import Verdict
 from dineros.sources.language.endings import (
     TRANSFORMS,
@@ -19,6 +19,7 @@ from dineros.sources.language.endings import (
 )
 from dineros.sources.language.machine import BREAKS, CONTINUES, FALLS, RAISES, RETURNS
 from dineros.sources.language.modules import text_of_code
+from dineros.sources.language.running.carrying import MOST_TURNS_AGAIN, Carried
 from dineros.sources.language.running.decorating import Decorating
 from dineros.sources.language.running.matching import merge
 from dineros.sources.language.running.pacing import pace_of, published_in
@@ -178,16 +179,29 @@ class Repeating(Decorating):
         activity = self.activity
         activity.loops += 1
         activity.conditional += not is_entered
+        first = Carried(body, frame)
         try:
-            with self.block() as turn:
-                begin()
-                ends = self.execute(body, frame)
+            turn, ends = self._turn(body, frame, begin)
+            if self.turns_again < MOST_TURNS_AGAIN and first.matters():
+                self.turns_again += 1
+                turn, later = self._turn(body, frame, begin)
+                self.turns_again -= 1
+                ends |= later
         finally:
             activity.loops -= 1
             activity.conditional -= not is_entered
         activity.block.append(Loop(condition or Anything(), turn, is_entered))
         merge(frame, [dict(frame.names)] if is_entered else [before, dict(frame.names)], before)
         return ends
+
+    def _turn(
+        self, body: list[ast.stmt], frame: Frame, begin: Callable[[], None]
+    ) -> tuple[list[Item], set[str]]:
+        """Run the body of a loop once; return what it does, and how it may end."""
+        with self.block() as turn:
+            begin()
+            ends = self.execute(body, frame)
+        return turn, ends
 
     def _forget(self, names: frozenset[str], frame: Frame) -> None:
         """Mark a constant that a loop changes as open, before the first iteration."""
