@@ -65,6 +65,8 @@ class Assignments(Conditions):
                     self.escape(value)
                 elif isinstance(holder, Made) and isinstance(value, (Bound, Function, Partial)):
                     self.escape(value)  # ``client.on_message = self.on_message``
+                if isinstance(holder, Function):
+                    holder.attributes[target.attr] = join([holder.attributes.get(target.attr), value])
                 if isinstance(holder, Holder):
                     self.write_slot(holder, target.attr, value)
                 elif isinstance(holder, Class):
@@ -80,6 +82,7 @@ class Assignments(Conditions):
             self.special(held, "__setitem__", [key, value], target, frame)
             for each in options(held):
                 if isinstance(each, Mapping):
+                    self.hashed(key, target, frame)
                     put(each, key, value)
                     if each.holder is not None and isinstance(known := key_of(key), str):
                         self.set_attribute(each.holder, known, value, target, frame)

@@ -152,6 +152,8 @@ class Slots:
         if slot is None or (slot.is_off and not is_off):
             holder.slots[name] = slot = Slot(value, self.run, is_perhaps, is_off)
             slot.add(value, MOST_VALUES, name)
+            slot.is_late = isinstance(holder, Object) and holder.run != self.run
+            slot.is_mixed = is_perhaps
             self.changes += 1
             if not is_off:
                 self._log(slot, None)
@@ -165,6 +167,7 @@ class Slots:
         is_certain = not is_perhaps or level == self.activity.conditional
         self._log(slot, before)
         slot.current = value if is_certain else join([before, value])
+        slot.is_mixed = not is_certain and (slot.is_mixed or slot.run != self.run)
         slot.run = self.run
 
     def _log(self, slot: Slot, before: Value | None) -> None:
@@ -180,6 +183,7 @@ class Slots:
             values = [before] if is_kept and before is not None else []
             self._log(slot, before)
             slot.current = join([*values, *(way[slot][1] for way in ways if slot in way)])
+            slot.is_mixed |= is_kept
             slot.run = self.run
 
 

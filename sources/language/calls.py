@@ -179,12 +179,21 @@ class Interpreter(Instances):
     def drawn(self, value: Value, node: ast.AST, frame: Frame) -> Value:
         """Return what a value gives one after the other: a generator runs now."""
         iterated = self.special(value, "__iter__", [], node, frame)
+        following_name = "__next__"
+        if iterated is None:
+            iterated = self.special(value, "__aiter__", [], node, frame)
+            following_name = "__anext__"
         if iterated is not None:
             with self.perhaps(is_loop=True):
-                following = self.special(iterated, "__next__", [], node, frame)
+                following = self.special(iterated, following_name, [], node, frame)
             if following is not None:
                 return Items([following], is_open=True)
             value = join(Open("elements") if isinstance(each, Object) else each for each in options(iterated))
+        if isinstance(value, (Object, Either)):
+            with self.perhaps(is_loop=True):
+                element = self.special(value, "__getitem__", [Open("index")], node, frame)
+            if element is not None:
+                return Items([element], is_open=True)
         if isinstance(value, LateItems):
             return self.drawn_late(value)
         if not any(isinstance(each, (Generator, LateItems)) for each in options(value)):

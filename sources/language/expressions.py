@@ -100,6 +100,10 @@ class Expressions(Names):
                 found = self.look_up(value.meta, name)
                 if isinstance(found, Function):
                     return Bound(found, value)
+            if found is None and name == "__members__" and value.is_enum():
+                return Mapping(
+                    {key: as_member(each, value) for key, each in value.names.items() if key[:1] != "_"}
+                )
             if found is None:
                 return Const(value.node.name) if name == "__name__" else OutsideMethod(value, name, text)
             found = join(_wrapped(each) for each in options(found))
@@ -109,6 +113,9 @@ class Expressions(Names):
                 return Bound(found, value)
             return found
         if isinstance(value, (Bound, Function)):
+            inner = value.function if isinstance(value, Bound) else value
+            if name in inner.attributes:
+                return inner.attributes[name]
             of_code = _of_code(value, name)
             if of_code is not None:
                 return of_code
@@ -123,7 +130,7 @@ class Expressions(Names):
         if isinstance(value, Holder):
             slot = self.read_slot(value, name)
             if slot is not None:
-                return slot
+                return self._or_of_class(slot, value, name, node, frame)
         if isinstance(value, Object):
             found = self.look_up(value.cls, name)
             if found is not None:
@@ -139,6 +146,8 @@ class Expressions(Names):
             if _is_property(method):
                 return self.call(Bound(method, value), [], {}, node, frame)
             return method if "staticmethod" in method.decorators else Bound(method, value)
+        if name in ("value", "_value_") and isinstance(value, (Function, Items, Partial)):
+            return value  # of a member of an enumeration
         known = self.library.attribute(value, name)
         if known is not None:
             return known
@@ -149,6 +158,19 @@ class Expressions(Names):
         ):
             return value
         return OutsideMethod(value, name, text, self.place(node, frame))
+
+    def _or_of_class(self, found: Value, value: Holder, name: str, node: ast.AST, frame: Frame) -> Value:
+        """Return the value of an attribute, or what the class has as long as the object has none."""
+        slot = value.slots[name]
+        is_own = slot.run == self.run and not slot.is_mixed
+        if is_own or not isinstance(value, Object) or not (slot.is_perhaps or slot.is_late):
+            return found
+        default = self.look_up(value.cls, name)
+        if default is None or any(
+            isinstance(each, Function) and _is_property(each) for each in options(default)
+        ):
+            return found
+        return join([found, *(self._of_class(each, value, node, frame) for each in options(default))])
 
     def _of_class(self, found: Value, instance: Object, node: ast.AST, frame: Frame) -> Value:
         """Return what the class of an instance has under a name, for the instance: also descriptors."""

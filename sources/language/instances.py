@@ -56,6 +56,8 @@ class Instances(Statements):
         for base in cls.bases:
             if isinstance(base, Class):
                 base.subclasses.append(cls)
+        if cls.is_enum() and isinstance(self.look_up(cls, "__init__"), Function):
+            self._begin_members(cls, node, frame)
         for name, value in list(cls.names.items()):
             self.special(value, "__set_name__", [cls, Const(name)], node, frame)
         if cls.meta is not None:
@@ -73,6 +75,19 @@ class Instances(Statements):
         told = self.look_up(cls, "__init_subclass__", cls)
         if isinstance(told, Function):
             self.call(Bound(told, cls), [], keys, node, frame)
+
+    def _begin_members(self, cls: Class, node: ast.AST, frame: Frame) -> None:
+        """Make the members of an enumeration whose constructor takes their values."""
+        for name, value in list(cls.names.items()):
+            if name.startswith("_") or isinstance(value, (Class, Function)):
+                continue
+            member = Object(cls, self.place(node, frame))
+            for part in ("value", "_value_"):
+                self.write_slot(member, part, value)
+            for part in ("name", "_name_"):
+                self.write_slot(member, part, Const(name))
+            args = list(value.items) if isinstance(value, Items) and value.kind == "tuple" else [value]
+            cls.names[name] = self._begin(member, args, {}, node, frame)
 
     def new_class(self, args: list[Value], node: ast.AST, frame: Frame) -> Value:
         """Return the class of a call ``type(name, bases, names)``."""
@@ -111,6 +126,10 @@ class Instances(Statements):
 
     def _member(self, cls: Class, args: list[Value]) -> Value:
         """Return the member of an enumeration with a value."""
+        missing = self.look_up(cls, "_missing_")
+        if isinstance(missing, Function):
+            with self.perhaps():
+                self.call(Bound(missing, cls), list(args), {}, missing.node, missing.frame)
         if args and isinstance(args[0], Const):
             return as_member(args[0], cls)
         has_code = any(isinstance(each, Function) for each in cls.names.values())
@@ -121,6 +140,7 @@ class Instances(Statements):
     ) -> Value:
         """Run the constructor of a new object."""
         cls = found.cls
+        found.run = self.run
         known = options(self.look_up(cls, "__init__"))
         begin = next((each for each in reversed(known) if isinstance(each, Function)), None)
         outside = cls.outside()
@@ -142,7 +162,7 @@ class Instances(Statements):
         for name, value in cls.names.items():
             if name in names:
                 self.write_slot(found, name, value)
-        for name, value in [*zip(names, args, strict=False), *keys.items()]:
+        for name, value in [*zip(_positional(cls, names), args, strict=False), *keys.items()]:
             self.write_slot(found, name, value)
         self._begin_fields(found, names, node, frame)
         for path in outside:
@@ -237,6 +257,21 @@ def _fields(cls: Class) -> dict[str, str]:
         for each in base.node.body
         if isinstance(each, ast.AnnAssign) and isinstance(each.target, ast.Name)
     }
+
+
+def _positional(cls: Class, names: dict[str, str]) -> list[str]:
+    """Return the fields of a dataclass that its constructor takes by their places."""
+    others: set[str] = set()
+    for base in cls.inside:
+        is_late = any("kw_only=True" in ast.unparse(each) for each in base.node.decorator_list)
+        for each in base.node.body:
+            if not isinstance(each, ast.AnnAssign) or not isinstance(each.target, ast.Name):
+                continue
+            value = "" if each.value is None else ast.unparse(each.value)
+            is_late |= ast.unparse(each.annotation).endswith("KW_ONLY")
+            if is_late or "kw_only=True" in value or "init=False" in value:
+                others.add(each.target.id)
+    return [each for each in names if each not in others]
 
 
 def is_base_of_all(value: Value) -> bool:

@@ -130,6 +130,7 @@ class Machine(Slots):
         self.most_steps = MOST_STEPS
         self.pools = 0
         self.turns_again = 0
+        self.raised: list[Value] = []
         self._order = 0
         self._index: dict[int, tuple[list[Effect], dict[Hashable, Effect], int]] = {}
         self.home = ""
@@ -349,6 +350,10 @@ class Machine(Slots):
         self, value: Value, name: str, args: list[Value], node: ast.AST, frame: Frame
     ) -> Value | None:
         """Call a method that Python calls without a name; None: no class of the program has it."""
+        raise NotImplementedError
+
+    def hashed(self, key: Value, node: ast.AST, frame: Frame) -> None:
+        """Call the method that gives the hash of an object, which a set or a dictionary asks for."""
         raise NotImplementedError
 
     def module_frame(self, module: Module, *, is_script: bool = False) -> Frame:

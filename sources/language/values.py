@@ -141,6 +141,8 @@ class Function(Value):
     original: Function | None = None
     registered: list[Value] = field(default_factory=list)
     """Of ``functools.singledispatch``: the functions for other types."""
+    attributes: dict[str, Value] = field(default_factory=dict)
+    """What code has set as ``function.name``."""
     around: tuple[Value, ...] = ()
     """The managers that decorators enter around each call."""
 
@@ -242,6 +244,10 @@ class Slot:
     is_off: bool = False
     values: list[Value] = field(default_factory=list)
     is_setting: bool = False
+    is_late: bool = False
+    """Whether its object was made before, without it."""
+    is_mixed: bool = False
+    """Whether the value of this run may still be the one from before."""
     _joined: Value | None = field(default=None, init=False)
     _holders: list[Port | Object] | None = field(default=None, init=False)
 
@@ -285,6 +291,7 @@ class Object(Holder):
         self.node: NodeFact | None = None
         self.made: Made | None = None
         self.name = ""
+        self.run = 0  # in which it was made
 
 
 class Made(Holder):

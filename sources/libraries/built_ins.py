@@ -51,6 +51,8 @@ class BuiltIns:
             if of_class is not None:
                 return of_class
         self._call_keys(name, args, keys, node, frame)
+        if name in ("sorted", "min", "max") and "key" not in keys:
+            self._compare(args, node, frame)
         found = call_built_in(name, args, name)
         if found is not None:
             return found
@@ -64,7 +66,11 @@ class BuiltIns:
                 return Items([], kind=name)
             values, is_exact = self.machine.turns(first)
             values = list(reversed(values)) if name == "reversed" else list(values)
-            return Items(values, not is_exact or name == "sorted")
+            if name == "set":
+                for each in values:
+                    self.machine.hashed(each, node, frame)
+            kind = name if name == "set" else "list"
+            return Items(values, not is_exact or name == "sorted", kind)
         if name == "enumerate" and first is not None:
             values, is_exact = self.machine.turns(first)
             return Items([Items([Const(i), v], kind="tuple") for i, v in enumerate(values)], not is_exact)
@@ -154,6 +160,14 @@ class BuiltIns:
             return self.machine.evaluate(code.body[0].value, frame)
         self.machine.execute(code.body, frame)
         return NONE
+
+    def _compare(self, args: list[Value], node: ast.AST, frame: Frame) -> None:
+        """Call the methods that compare the objects in lists."""
+        for each in args[:1] if len(args) == 1 else args:
+            for value in (each, *self.machine.turns(each)[0]):
+                with self.machine.perhaps(is_loop=True):
+                    for method in ("__lt__", "__gt__"):
+                        self.machine.special(value, method, [Open("other")], node, frame)
 
     def _call_keys(self, name: str, args: list[Value], keys: Keys, node: ast.AST, frame: Frame) -> None:
         """Call the function that a built-in function gets for each element: a key, or a test."""

@@ -60,6 +60,9 @@ def of_container(
                 return join([found, *value.rest, *args[1:2]]) if found or value.rest else Open("element")
             every = [*value.items.values(), *value.rest]
             return join(every) if every else Open("element")
+        if name == "popitem":
+            every = [*value.items.values(), *value.rest]
+            return Items([Open("key"), join(every) if every else Open("element")], kind="tuple")
         if name == "items":
             pairs: list[Value] = [
                 Items([of_key(key), each], kind="tuple") for key, each in value.items.items()

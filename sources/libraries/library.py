@@ -243,6 +243,8 @@ class RosLibrary:
         elif isinstance(value, Future):
             found = self.doer.future(value, name, args, keys)
         elif isinstance(value, (Items, Mapping)):
+            if args and (isinstance(value, Mapping) or value.kind == "set"):
+                self.machine.hashed(args[0], node, frame)
             if isinstance(value, Items) and value.kind == QUEUE:
                 self.doer.queue(value, name, args, keys, node, frame)
             found = of_container(self.machine, value, name, args, keys)
@@ -427,7 +429,11 @@ class RosLibrary:
     def call_made(self, made: Made, args: list[Value], node: ast.AST, frame: Frame) -> Value | None:
         """Call what a library has made."""
         found = self.functional.call_made(made, args, node, frame)
-        return self.collected.call_made(made, node, frame) if found is None else found
+        if found is None:
+            found = self.collected.call_made(made, node, frame)
+        if found is None:  # what a decorator of a library has made of a function
+            self.functional.call_each(made.args, made.keys, node, frame)
+        return found
 
     def leave(self, value: Value, node: ast.AST, frame: Frame) -> None:
         """Leave a ``with``: a pool of threads waits for its threads."""

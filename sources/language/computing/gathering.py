@@ -18,6 +18,7 @@ from dineros.sources.language.values import (
     LateItems,
     Made,
     Mapping,
+    Object,
     Open,
     Outside,
     Value,
@@ -59,7 +60,10 @@ class Collections(Operations):
         return self._items(node.elts, frame, "tuple")
 
     def _value_of_Set(self, node: ast.Set, frame: Frame) -> Value:  # noqa: N802
-        return self._items(node.elts, frame, "set")
+        found = self._items(node.elts, frame, "set")
+        for each in found.items:
+            self.hashed(each, node, frame)
+        return found
 
     def _value_of_Dict(self, node: ast.Dict, frame: Frame) -> Value:  # noqa: N802
         found = Mapping()
@@ -73,8 +77,15 @@ class Collections(Operations):
                 else:
                     found.is_open = True
                 continue
-            put(found, self.evaluate(key, frame), value)
+            known = self.evaluate(key, frame)
+            self.hashed(known, key, frame)
+            put(found, known, value)
         return found
+
+    def hashed(self, key: Value, node: ast.AST, frame: Frame) -> None:
+        """Call the method that gives the hash of an object, which a set or a dictionary asks for."""
+        if isinstance(key, (Object, Either)):
+            self.special(key, "__hash__", [], node, frame)
 
     def _value_of_Subscript(self, node: ast.Subscript, frame: Frame) -> Value:  # noqa: N802
         value = self.evaluate(node.value, frame)
@@ -85,14 +96,20 @@ class Collections(Operations):
             return self._sliced(value, node.slice, short(node), frame)
         key = self.evaluate(node.slice, frame)
         of_class = self.special(value, "__getitem__", [key], node, frame)
+        if of_class is None and isinstance(value, (Object, Either)):
+            with self.perhaps():
+                of_class = self.special(value, "__missing__", [key], node, frame)
         if of_class is not None:
             return of_class
+        if isinstance(value, Mapping):
+            self.hashed(key, node, frame)
         if isinstance(value, Class):
             if value.is_enum() and isinstance(key, Const) and isinstance(key.value, str):
                 return self.attribute(value, key.value, short(node), node, frame)
             of_type = self.look_up(value, "__class_getitem__")
             if isinstance(of_type, Function):
                 return self.call(Bound(of_type, value), [key], {}, node, frame)
+            return value  # ``Box[int]``
         if isinstance(value, Mapping) and value.factory is not None and is_missing(value, key):
             put(value, key, self.call(value.factory, [], {}, node, frame))
         found = [self.element(each, key, short(node)) for each in options(value) if not is_none(each)]
@@ -148,7 +165,7 @@ class Collections(Operations):
     def turns(self, value: Value) -> tuple[list[Value], bool]:
         """Return the items of a loop over a value, and whether they are known exactly."""
         if isinstance(value, Items):
-            return value.items[:MOST_TURNS], not value.is_open and len(value.items) <= MOST_TURNS
+            return list(value.items), not value.is_open and len(value.items) <= MOST_TURNS
         if isinstance(value, Mapping):
             return [of_key(key) for key in value.items], not value.is_open and not value.rest
         if isinstance(value, Class) and value.is_enum():
@@ -241,6 +258,8 @@ def members_of(cls: Class) -> list[Value]:
             found.append(Const(each.value, each.origin, cls))
         elif isinstance(each, Made):
             each.enum = cls
+            found.append(each)
+        elif isinstance(each, Object) and each.cls is cls:
             found.append(each)
     return found
 

@@ -214,6 +214,12 @@ class Operations(Machine):
     def _value_of_Compare(self, node: ast.Compare, frame: Frame) -> Value:  # noqa: N802
         values = [self.evaluate(each, frame) for each in (node.left, *node.comparators)]
         if len(values) != 2:
+            for op, left, right in zip(node.ops, values, values[1:], strict=False):
+                name = _SPECIAL.get(type(op))
+                if name in _REFLECTED and isinstance(left, (Object, Either)):
+                    self.special(left, f"__{name}__", [right], node, frame)
+                if name in _REFLECTED and isinstance(right, (Object, Either)):
+                    self.special(right, f"__{_REFLECTED[name]}__", [left], node, frame)
             return Open(short(node))
         (left, right), op = values, node.ops[0]
         name = _SPECIAL.get(type(op))
@@ -232,6 +238,8 @@ class Operations(Machine):
                     return Open(short(node))
         if name == "contains":
             self.drawn(holder, node, frame)
+            if isinstance(holder, Mapping) or (isinstance(holder, Items) and holder.kind == "set"):
+                self.hashed(other, node, frame)
         if isinstance(op, (ast.Is, ast.IsNot)) and is_none(right):
             if isinstance(left, Const):
                 verdict = (left.value is None) == isinstance(op, ast.Is)
@@ -332,6 +340,7 @@ _ORDER = ("lt", "le", "gt", "ge")
 _REFLECTED = {"lt": "gt", "gt": "lt", "le": "ge", "ge": "le", "eq": "eq", "ne": "ne"}
 _UNARY = {ast.USub: "__neg__", ast.UAdd: "__pos__", ast.Invert: "__invert__"}
 _SPECIAL: dict[type[ast.AST], str] = {
+    **{ast.Pow: "pow", ast.FloorDiv: "floordiv", ast.BitXor: "xor"},
     **{ast.Add: "add", ast.Sub: "sub", ast.Mult: "mul", ast.Div: "truediv", ast.Mod: "mod"},
     **{ast.BitOr: "or", ast.BitAnd: "and", ast.RShift: "rshift", ast.LShift: "lshift", ast.MatMult: "matmul"},
     **{ast.Eq: "eq", ast.NotEq: "ne", ast.Lt: "lt", ast.LtE: "le", ast.Gt: "gt", ast.GtE: "ge"},

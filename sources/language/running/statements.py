@@ -18,8 +18,10 @@ from dineros.sources.language.values import (
     Future,
     Items,
     Made,
+    Object,
     Open,
     Value,
+    join,
     options,
 )
 
@@ -145,7 +147,9 @@ class Statements(Repeating):
 
     def _run_Raise(self, node: ast.Raise, frame: Frame) -> set[str]:  # noqa: N802
         if node.exc is not None:
-            self.evaluate(node.exc, frame)
+            self.raised += [
+                each for each in options(self.evaluate(node.exc, frame)) if isinstance(each, Object)
+            ]
             call = node.exc.func if isinstance(node.exc, ast.Call) else node.exc
             if self.activity.fact.effects:  # it has already had effects: not a check of its arguments
                 self.effect("raise", text_of_code(call), node, frame)
@@ -217,6 +221,7 @@ class Statements(Repeating):
 
     def _run_Try(self, node: ast.Try, frame: Frame) -> set[str]:  # noqa: N802
         before = dict(frame.names)
+        first = len(self.raised)
         done = Attempt([], [])
         self.activity.block.append(done)
         with self.block() as done.body:
@@ -233,7 +238,8 @@ class Statements(Repeating):
                 if handler.type is not None:
                     self.evaluate(handler.type, frame)
                 if handler.name:
-                    self.assign_variable(handler.name, Open(handler.name), frame)
+                    caught = join([Open(handler.name), *self.raised[first:]])
+                    self.assign_variable(handler.name, caught, frame)
                 found = self.execute(handler.body, frame)
             done.handlers.append(block)
             # A handler with an exit ends the code that runs only after an error.

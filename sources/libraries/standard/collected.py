@@ -75,6 +75,14 @@ class Collected:
             return args[0]
         if path in _REFERENCES and args:
             return made
+        if path in ("dataclasses.asdict", "dataclasses.astuple") and args:
+            fields = {
+                name: self.machine.read_slot(each, name) or Open(name)
+                for each in options(args[0])
+                if isinstance(each, Object)
+                for name in each.slots
+            }
+            return Mapping(fields) if path.endswith("dict") else Items(list(fields.values()), kind="tuple")
         if path in ("dataclasses.replace", "copy.replace", "attr.evolve") and args:
             return self.replaced(args[0], keys)
         return None

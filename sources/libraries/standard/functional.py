@@ -29,12 +29,17 @@ _CACHES = ("functools.lru_cache", "functools.cache")
 _CALL_AT_ONCE = frozenset(
     (
         "bisect",
+        "cProfile",
+        "csv",
         "heapq",
         "json",
         "math",
+        "numpy",
         "os",
+        "pandas",
         "random",
         "re",
+        "scipy",
         "sched",
         "shutil",
         "statistics",
@@ -69,7 +74,7 @@ class Functional:
             return self._reduce(args, node, frame)
         if path in _CACHES and args and _is_code(args[0]):
             return args[0]
-        if path == "functools.cmp_to_key" and args:
+        if path in ("functools.cmp_to_key", "enum.member", "enum.nonmember") and args:
             return args[0]
         if path in (*_GET, *_CACHES):
             return made
@@ -77,6 +82,8 @@ class Functional:
             return self._iterate(path.rpartition(".")[2], made, node, frame)
         if path == "inspect.getmembers" and args:
             return self._members(args[0], node, frame)
+        if path == "operator.call" and args:
+            return self.machine.call(args[0], args[1:], made.keys, node, frame)
         if calls_at_once(path):
             self.call_each(args, made.keys, node, frame)
         return None

@@ -51,6 +51,9 @@ class Standard:
             what = f"{constant(args[0])}" if number is not None else text_of(args[0] if args else None)
             effect("sleep", what, node, frame, "time.sleep", timeout=number)
             return NONE
+        if path == "select.select" and len(args) > 3 and (most := seconds(args[3])):
+            effect("sleep", f"{most:g}", node, frame, path, timeout=most)
+            return Open(path)
         if path in ("functools.partial", "partial") and args:
             return Partial(args[0], args[1:], keys)
         if path == "functools.partialmethod":
@@ -81,6 +84,9 @@ class Standard:
         if path == "asyncio.to_thread" and args:
             return self.executors.run_apart(args[0], args[1:], node, frame)
         if path in ("asyncio.run", "asyncio.run_coroutine_threadsafe"):
+            slept = args[0] if args else None
+            if isinstance(slept, Made) and slept.path == "asyncio.sleep" and path == "asyncio.run":
+                return self.call("time.sleep", "sleep", slept, node, frame)
             blocked = "blocks, without time-out" if path == "asyncio.run" else "async"
             self.executors.run_coroutine(made, node, frame, blocked)
             return join(args) if path == "asyncio.run" and len(args) == 1 else made

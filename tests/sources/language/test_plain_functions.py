@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -42,7 +43,7 @@ CALLS = "\n".join(f"    between(Pose({i}, self.x), Pose({i}, self.y))" for i in 
 
 def _node(
     tmp_path: Path, *, other: str = "", last: str = "pass", calls: str = CALLS, more: str = ""
-) -> object:
+) -> dict[str, Any]:
     body = BODY.replace("CALLS", calls).replace("LAST", last)
     return node_of(tmp_path, body, before=BEFORE.replace("OTHER", other) + more)
 
@@ -50,7 +51,12 @@ def _node(
 def test_they_are_followed_some_times(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     machines: list[Machine] = []
     step = Machine.step
-    monkeypatch.setattr(Machine, "step", lambda self: (machines.append(self), step(self)))
+
+    def noted(machine: Machine) -> None:
+        machines.append(machine)
+        step(machine)
+
+    monkeypatch.setattr(Machine, "step", noted)
     _node(tmp_path)
     plain = machines[-1].steps
     machines.clear()

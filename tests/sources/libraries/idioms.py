@@ -9,8 +9,11 @@ from textwrap import indent
 from tests.sources.support import HEAD, facts_of, indented, one
 
 _IMPORTS = """
-import asyncio, contextlib, dataclasses, threading
+import asyncio, collections, collections.abc, contextlib, dataclasses, enum, operator, threading, typing
+from dataclasses import dataclass, field
+from enum import Enum
 from functools import partial
+from typing import Callable
 """
 
 
