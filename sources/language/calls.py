@@ -9,9 +9,10 @@ from dataclasses import replace
 from dineros.sources.branches import Called
 from dineros.sources.facts import Item
 from dineros.sources.language.computing.operations import short
+from dineros.sources.language.computing.plain import PlainFunctions
 from dineros.sources.language.instances import Instances
 from dineros.sources.language.machine import MOST_CALLS, MOST_SIMILAR
-from dineros.sources.language.modules import Module
+from dineros.sources.language.modules import Module, Modules
 from dineros.sources.language.values import (
     Bound,
     Class,
@@ -41,7 +42,19 @@ from dineros.sources.places import Place
 
 
 class Interpreter(Instances):
-    """An interpreter of one program over values that are partly known."""
+    """An interpreter of one program over values that are partly known.
+
+    Parameters
+    ----------
+    modules : Modules
+        The folder's modules.
+    program : str
+        The program that is run, in words.
+    """
+
+    def __init__(self, modules: Modules, program: str) -> None:
+        super().__init__(modules, program)
+        self.plain = PlainFunctions(self.frames)
 
     def call(
         self, function: Value, args: list[Value], keys: dict[str, Value], node: ast.AST, frame: Frame

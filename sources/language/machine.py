@@ -11,7 +11,6 @@ from dineros.sources.branches import Do
 from dineros.sources.facts import STARTING, CallbackFact, Effect, Entity, Item, NodeFact
 from dineros.sources.language.activities import Activity, Block, Perhaps
 from dineros.sources.language.attributes import Attributes, Slots, Written, lend
-from dineros.sources.language.computing.plain import PlainFunctions
 from dineros.sources.language.inner import callback_key, widen
 from dineros.sources.language.modules import Module, Modules
 from dineros.sources.language.values import (
@@ -134,7 +133,6 @@ class Machine(Slots):
         self._order = 0
         self._index: dict[int, tuple[list[Effect], dict[Hashable, Effect], int]] = {}
         self.home = ""
-        self.plain = PlainFunctions(self.frames)
         self.stars: dict[str, list[str]] = {}  # of modules outside of the folder, by the file
         self.attributes = Attributes()
         self.awaited: ast.AST | None = None

@@ -235,7 +235,7 @@ FOLDERS = {
         ),
         *("conditions", "assigning", "running", "instances", "calls"),
     ],
-    "sources/language/computing": ["constants", "operations", "gathering", "names"],
+    "sources/language/computing": ["constants", "plain", "operations", "gathering", "names"],
     "sources/language/fields": ["messages", "responses"],
     "sources/language/running": [
         "pacing",
@@ -243,6 +243,7 @@ FOLDERS = {
         "asking",
         "progress",
         "polling",
+        "carrying",
         "decorating",
         "loops",
         "statements",

@@ -104,7 +104,8 @@ class Repeating(Decorating):
         self._repeats(node, frame)
         if verdict is False and not origin:
             return self.execute(node.orelse, frame)
-        is_endless = verdict is True and not origin
+        asked = {each.id for each in ast.walk(node.test) if isinstance(each, ast.Name)}
+        is_endless = verdict is True and not origin and not asked & changed
         why = why_endless(node, self.never(node, frame)) if is_endless or asks_for_shutdown(node.test) else ""
         loop = self.effect("loop", f"while {_text(node.test)}", node, frame, why)
         before = len(self.attributes.changed)

@@ -9,6 +9,7 @@ import pytest
 from dineros.observation.findings.code import code_findings
 from dineros.observation.importing.coded import coded
 from dineros.sources.reading import read_source
+from tests.sources.support import node_of
 
 ROBOT = """
 import time
@@ -96,3 +97,18 @@ def test_main_may_wait_for_anything(tmp_path: Path) -> None:
     )
     (tmp_path / "robot.py").write_text(text)
     assert ends(tmp_path) == []
+
+
+def test_a_loop_that_sets_what_its_test_asks_for(tmp_path: Path) -> None:
+    """It was reported as a loop without end: the variable was None before."""
+    body = """
+    def __init__(self):
+        super().__init__("robot")
+        self.create_timer(1.0, self.tick)
+    def tick(self):
+        line = None
+        while line is None:
+            line = self.get_clock().now()
+    """
+    (tick,) = [each for each in node_of(tmp_path, body)["callbacks"] if each["name"] == "tick"]
+    assert [(each["do"], each.get("how", "")) for each in tick["effects"]] == [("loop", "")]
