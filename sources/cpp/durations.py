@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from dineros.sources.cpp.values import Const, Either, Open, Seconds, Value
+from dineros.sources.cpp.values import Const, Either, Open, Seconds, Value, one_of
 from dineros.sources.facts import FOREVER
 
 UNITS = {
@@ -46,7 +46,7 @@ def duration(path: str, template: str, args: list[Value]) -> Value | None:
 
 def _times(value: Value, unit: float) -> Value:
     if isinstance(value, Either):
-        return Either(tuple(_times(each, unit) for each in value.options))
+        return one_of([_times(each, unit) for each in value.options])
     if isinstance(value, Const) and isinstance(value.value, (int, float)):
         return Seconds(float(value.value) * unit)
     return value if isinstance(value, Open) else Open("a duration")

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from dineros.sources.cpp.parsing import text_of
-from dineros.sources.cpp.values import Const, Either, Open, Seconds, Value, part
+from dineros.sources.cpp.values import MOST_VALUES, Const, Either, Open, Seconds, Value, one_of, options, part
 
 if TYPE_CHECKING:
     from tree_sitter import Node
@@ -52,9 +52,9 @@ _NUMBERS: dict[str, Callable[[Any, Any], Any]] = {
 def binary(sign: str, left: Value, right: Value) -> Value:
     """Return the result of an operator for two values."""
     if isinstance(left, Either) and not isinstance(right, Either):
-        return Either(tuple(binary(sign, each, right) for each in left.options))
+        return _one_of([binary(sign, each, right) for each in left.options])
     if isinstance(right, Either) and not isinstance(left, Either):
-        return Either(tuple(binary(sign, left, each) for each in right.options))
+        return _one_of([binary(sign, left, each) for each in right.options])
     if isinstance(left, Const) and isinstance(right, Const):
         return _constants(sign, left.value, right.value)
     if sign == "+" and (_is_text(left) or _is_text(right)):
@@ -62,6 +62,11 @@ def binary(sign: str, left: Value, right: Value) -> Value:
     if isinstance(left, Seconds) or isinstance(right, Seconds):
         return _durations(sign, left, right)
     return Open(f"{_words(left)} {sign} {_words(right)}"[:60])
+
+
+def _one_of(values: list[Value]) -> Value:
+    found = one_of(values)
+    return found if len(options(found)) <= MOST_VALUES else Open("many values")
 
 
 def _is_text(value: Value) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -44,15 +44,27 @@ class Open(Value):
     parts: str = ""
 
 
+MOST_VALUES = 8
+"""Limit of the values that are told apart in a variable or as results of an operator."""
+
 NO_VALUE = Open("a variable without a value")
 """The value of a variable that is only declared."""
 
 
 @dataclass(frozen=True)
 class Either(Value):
-    """One of several values."""
+    """One of several values; each is there once, and none is another choice."""
 
     options: tuple[Value, ...]
+
+    def __post_init__(self) -> None:
+        """Replace choices among the values by their own values."""
+        object.__setattr__(self, "options", tuple(dict.fromkeys(_single(self.options))))
+
+
+def _single(values: Sequence[Value]) -> Iterator[Value]:
+    for each in values:
+        yield from each.options if isinstance(each, Either) else (each,)
 
 
 @dataclass(eq=False)
@@ -219,12 +231,13 @@ def joined(old: Value | None, new: Value) -> Value:
                 found.append(option)
             else:
                 found[same] = option
-    return Either(tuple(found)) if len(found) <= 8 else Open("many values")
+    return Either(tuple(found)) if len(found) <= MOST_VALUES else Open("many values")
 
 
 def one_of(values: Sequence[Value]) -> Value:
     """Return one of several values; the value itself if there is only one."""
-    return values[0] if len(values) == 1 else Either(tuple(values))
+    found = Either(tuple(values))
+    return found.options[0] if len(found.options) == 1 else found
 
 
 def is_quality(value: Value | None) -> bool:
@@ -283,6 +296,4 @@ def options(value: Value | None) -> tuple[Value, ...]:
     """Return the possible values of a value."""
     if value is None:
         return ()
-    if not isinstance(value, Either):
-        return (value,)
-    return tuple(dict.fromkeys(inner for each in value.options for inner in options(each)))
+    return value.options if isinstance(value, Either) else (value,)

@@ -17,7 +17,7 @@ from dineros.sources.cpp.parsing import arguments_of, line_of, path_of, text_of
 from dineros.sources.cpp.reaching.reach import Reach
 from dineros.sources.cpp.reaching.reached import Reached
 from dineros.sources.cpp.tables.boost import standard
-from dineros.sources.cpp.values import Const, Either, Frame, Made, Obj, Todo, Value, joined
+from dineros.sources.cpp.values import Const, Either, Frame, Made, Obj, Todo, Value, joined, one_of
 from dineros.sources.facts import CallbackFact, Effect, Entity, NodeFact
 from dineros.sources.libraries.idioms import Idiom
 from dineros.sources.places import Place
@@ -442,7 +442,7 @@ def is_node(name: str) -> bool:
 def coerced(kind: str, value: Value) -> Value:
     """Return a value converted to a type: integers and floating-point numbers differ in ``1 / rate``."""
     if isinstance(value, Either):
-        return Either(tuple(coerced(kind, each) for each in value.options))
+        return one_of([coerced(kind, each) for each in value.options])
     if isinstance(value, Const) and isinstance(value.value, (int, float)):
         if isinstance(value.value, bool):
             return value
