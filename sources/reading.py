@@ -71,9 +71,10 @@ def read_source(
         entries = [each.to_json() for each in started]
         descriptions.append(({"file": path, "arguments": arguments, "nodes": entries}, started))
         for each in started:
-            if each.executable and not is_open(each.executable):
-                found = files.parameters(each, full(each.name or each.executable, each.namespace))
-                given.setdefault(f"{each.package}/{each.executable}", []).append(found)
+            started_code = each.plugin or each.executable
+            if started_code and not is_open(started_code):
+                found = files.parameters(each, full(each.name or started_code, each.namespace))
+                given.setdefault(f"{each.package}/{started_code}", []).append(found)
     reading = Reading(folder, packages, idioms, {key: _agreed(found) for key, found in given.items()})
     if cache is not None:
         context = [repr(packages), repr(sorted(idioms.items()))]

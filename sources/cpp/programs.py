@@ -226,6 +226,9 @@ class CppPrograms:
         start = main or cls
         path = start.path if start is not None else ""
         full = self._full(name, path)
+        values = dict(given.get(full, {}))
+        if cls is not None:  # a component, which launch files name by its class
+            values = {**given.get(self._full(cls.full, path), {}), **values}
         program = {
             "name": full,
             "path": path,
@@ -233,7 +236,7 @@ class CppPrograms:
             "start": start.node.start_byte if start is not None else 0,
             "cls": cls.full if cls is not None else "",
             "component": repr(None if cls is None else self._component(cls)),
-            "given": given.get(full, {}),
+            "given": values,
             "launched": self._is_launched,
             "steps": self._most_steps(),
         }
@@ -243,7 +246,7 @@ class CppPrograms:
             if cls is not None:
                 asked.names.add(("classes", cls.name))
             self.index.asked = asked
-            found, is_whole = self._follow(full, main, cls, given)
+            found, is_whole = self._follow(full, main, cls, values)
             self.index.asked = None
             if self._keeper is not None and is_whole:
                 self._keeper.save(program, found, asked, self._reach.was_asked)
@@ -264,7 +267,7 @@ class CppPrograms:
         program: str,
         main: Routine | None,
         cls: ClassInfo | None,
-        given: Mapping[str, Mapping[str, Any]],
+        given: Mapping[str, Any],
     ) -> tuple[Followed, bool]:
         """Return the facts of a program, and whether they are independent of the remaining stack."""
         path = main.path if main is not None else cls.path if cls is not None else ""
@@ -272,7 +275,7 @@ class CppPrograms:
         machine = Statements(self.index, program, self._idioms, self._reach, reached)
         library = machine.library = Ros(machine)
         machine.most_steps = self._most_steps()
-        machine.given, machine.is_launched = given.get(program, {}), self._is_launched
+        machine.given, machine.is_launched = given, self._is_launched
         machine.fact = CallbackFact("main", "main", Place(path, main.line if main is not None else 1))
         is_cut, is_whole, unread = False, True, list[str]()
         try:

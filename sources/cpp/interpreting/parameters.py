@@ -7,7 +7,7 @@ from typing import Any
 from dineros.sources.cpp.following.calls import Call
 from dineros.sources.cpp.following.statements import Statements
 from dineros.sources.cpp.values import Const, Items, Made, Obj, Open, Value, constant, node_in, shown
-from dineros.sources.facts import NodeFact, is_open
+from dineros.sources.facts import NODE, SPACE, NodeFact, is_open
 from dineros.sources.resolving import own_name
 
 _NAMES = ("get_name", "get_namespace", "get_fully_qualified_name")
@@ -38,6 +38,8 @@ def parameter(machine: Statements, call: Call) -> Value | None:
         return _own_name(machine, on.node, call.last)
     if not args:
         return None
+    if call.last == "list_parameters":
+        return _listed(machine, on, args)
     name = shown(args[0])
     if call.last == "has_parameter":
         return Const(name in on.parameters)
@@ -61,12 +63,31 @@ def parameter(machine: Statements, call: Call) -> Value | None:
         return default
     if call.last in ("get_parameter", "get_parameter_or"):
         found = on.parameters.get(name, Open(f"parameter {name}"))
-        if len(call.args) > 2 and (name not in on.parameters or name in on.unset):
+        is_unset = name not in on.parameters or name in on.unset
+        if is_unset and name in machine.given:  # declared by its value, as options of nodes can say
+            found = given_value(machine.given[name])
+        elif len(call.args) > 2 and is_unset:
             found = call.args[2]
         if len(call.nodes) > 1:
             machine.assign(call.nodes[1], found, call.frame)
         return found
     return None
+
+
+def _listed(machine: Statements, on: Obj, args: list[Value]) -> Value | None:
+    """Return the names of parameters, and their parts before the last dot; None: not known."""
+    spaces = [constant(each) for each in args[0].values] if isinstance(args[0], Items) else [None]
+    known = [each for each in (*on.parameters, *machine.given) if each not in (NODE, SPACE)]
+    if not machine.given or any(not isinstance(each, str) for each in spaces):
+        return None
+    names = [name for name in dict.fromkeys(known) if any(name.startswith(f"{each}.") for each in spaces)]
+    names = names if spaces else known
+    parts = dict.fromkeys(name.rpartition(".")[0] for name in names if "." in name)
+    fields: dict[str, Value] = {
+        "names": Items([Const(each) for each in names]),
+        "prefixes": Items([Const(each) for each in parts]),
+    }
+    return Made("rcl_interfaces::msg::ListParametersResult", fields=fields)
 
 
 def given_value(given: Any) -> Value:
