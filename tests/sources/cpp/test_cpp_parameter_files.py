@@ -20,7 +20,8 @@ class Mux : public rclcpp::Node {
     BODY
   }
   void open(const std::string & topic) {
-    subs_.push_back(create_subscription<std_msgs::msg::String>(topic, 1, [](std_msgs::msg::String::SharedPtr) {}));
+    using Words = std_msgs::msg::String;
+    subs_.push_back(create_subscription<Words>(topic, 1, [](Words::SharedPtr) {}));
   }
   std::vector<rclcpp::SubscriptionBase::SharedPtr> subs_;
 };
