@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import operator
 import re
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass
 
 LITERAL = (
@@ -22,10 +23,21 @@ _ROS_NAME = (
     r"(?:_(?:FOUND|BUILD|ENABLED))?)\b"
 )
 _OF_ROS = re.compile(rf"(?P<not>!\s*)?(?:defined\s*)?(?:\(\s*)?{_ROS_NAME}\s*\)?")
+_VERSION_NAME = r"_*ROS_VERSION_*"
+_OF_VERSION = re.compile(
+    rf"(?P<not>!\s*)?\(*\s*(?:(?:defined\s*\(?\s*)?{_VERSION_NAME}"
+    rf"|{_VERSION_NAME}\s*(?P<sign>[=!<>]=|[<>])\s*(?P<number>\d))\s*\)*"
+)
+"""A question for the version of ROS, as the environment variable ``ROS_VERSION`` has it: 1 or 2."""
 _NEVER = re.compile(
-    rf"^[ \t]*#[ \t]*(?:(?:el)?if[ \t]+(?:0|1|true|false)\b|(?:el)?if(?:n?def)?\b.*{_ROS_NAME})",
+    r"^[ \t]*#[ \t]*(?:(?:el)?if[ \t]+(?:0|1|true|false)\b"
+    rf"|(?:el)?if(?:n?def)?\b.*(?:{_ROS_NAME}|\b{_VERSION_NAME}\b))",
     re.MULTILINE,
 )
+_COMPARED: dict[str, Callable[[int, int], bool]] = {
+    **{"==": operator.eq, "!=": operator.ne, "<": operator.lt},
+    **{">": operator.gt, "<=": operator.le, ">=": operator.ge},
+}
 _NUMBER = re.compile(r"_?2")
 _KNOWN = {"0": False, "false": False, "1": True, "true": True}
 _GUARD = re.compile(r"_(?:H|HH|HPP|HXX)_*$|_$", re.IGNORECASE)
@@ -99,12 +111,14 @@ def without_dead(text: str) -> str:
     r"""Return a text in which the branches that are never compiled are blank; lines keep their numbers.
 
     Conditions of known value are ``0`` and ``1``, and macros that choose between ROS 1 and ROS 2, also with
-    ``&&`` and ``||``.
+    ``&&`` and ``||``: by their names, or by a version.
 
     Examples
     --------
     >>> without_dead("#if 0\nold\n#else\nnew\n#endif")
     '     \n   \n     \nnew\n      '
+    >>> without_dead("#if __ROS_VERSION > 1\nnew\n#else\nold\n#endif")
+    '                     \nnew\n     \n   \n      '
     >>> without_dead("#ifdef ROS1\nold\n#elif defined(ROS2)\nnew\n#endif")
     '           \n   \n                   \nnew\n      '
     """
@@ -218,6 +232,10 @@ def _atom(asked: str, first: Collection[str]) -> bool | None:
     """Return the value of a condition without operators other than ``!``."""
     if asked in _KNOWN:
         return _KNOWN[asked]
+    version = _OF_VERSION.fullmatch(asked)
+    if version is not None and asked.count("(") == asked.count(")"):
+        sign = version["sign"]
+        return (sign is None or _COMPARED[sign](2, int(version["number"]))) != bool(version["not"])
     found = _OF_ROS.fullmatch(asked)
     if found is None or asked.count("(") != asked.count(")"):
         return None

@@ -291,6 +291,12 @@ def test_code_for_both_versions_of_ros_is_read_for_ros_2(tmp_path: Path, first: 
         ("#if defined(ROS_FOUND) || defined(ROS2_FOUND)\na\n#endif\n#ifdef ROS_FOUND\nb\n#endif", "a"),
         ("#if !(defined(ROS1) && X)\na\n#endif", "#if !(defined(ROS1) && X)|a|#endif"),
         ("#if defined(ROS1) && X\na\n#endif\n#if 1 && ROS2\nb\n#endif", "b"),
+        ("#if __ROS_VERSION == 1\nold\n#elif __ROS_VERSION == 2\nnew\n#else\nnone\n#endif", "new"),
+        ("#if defined __ROS_VERSION && __ROS_VERSION > 1\nnew\n#else\nold\n#endif", "new"),
+        ("#if !(ROS_VERSION >= 2)\nold\n#else\nnew\n#endif", "new"),
+        ("#ifndef ROS_VERSION\nnone\n#else\nnew\n#endif", "new"),
+        ("#if __ROS_VERSION > 0\nany\n#endif", "any"),
+        ("#if ROS_VERSION_MINOR > 0\nany\n#endif", "#if ROS_VERSION_MINOR > 0|any|#endif"),
     ],
 )
 def test_branches_that_are_never_compiled_are_blank(text: str, expected: str) -> None:
