@@ -65,6 +65,12 @@ def function_of(node: Node | None) -> Node | None:
     return None
 
 
+def is_array(declarator: Node) -> bool:
+    """Return whether a variable is declared as an array, as in ``const char * names[] = {...}``."""
+    inner = declarator.child_by_field_name("declarator")
+    return declarator.type == "array_declarator" or (inner is not None and is_array(inner))
+
+
 def parameters_of(node: Node) -> list[Parameter]:
     """Return the parameters of a declarator of a function or lambda."""
     return [

@@ -51,6 +51,8 @@ class ClassInfo:
     """Type and default by name."""
     pointers: set[str] = field(default_factory=set)
     """Members that only point at an object, or refer to one."""
+    arrays: set[str] = field(default_factory=set)
+    """Members that are arrays."""
     defaults: dict[str, list[list[Parameter]]] = field(default_factory=dict)
     """Parameters of declarations, by name of the method."""
     templates: list[str] = field(default_factory=list)

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, TypeVar
 
-from dineros.sources.cpp.declarators import function_of, name_of, parameters_of, used
+from dineros.sources.cpp.declarators import function_of, is_array, name_of, parameters_of, used
 from dineros.sources.cpp.entries import ClassInfo, Routine
 from dineros.sources.cpp.parsing import Source, nodes_in, path_of, text_of
 from dineros.sources.cpp.tables.enumerators import enumerators_of, value_of
@@ -373,6 +373,8 @@ class Index:
             name = name_of(declarator)
             if cls is not None and not is_static:
                 cls.fields[name] = (kind, value)
+                if is_array(declarator):
+                    cls.arrays.add(name)
                 if declarator.type in ("pointer_declarator", "reference_declarator"):
                     cls.pointers.add(name)
             elif name and function is None:

@@ -206,6 +206,7 @@ FOLDERS = {
         *(
             "answers",
             "ways",
+            "fitting",
             "endings",
             "machine",
             "statics",

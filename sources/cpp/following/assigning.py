@@ -70,6 +70,8 @@ class Assigning(Expressions):
             is_known = not self.loops or text_of(left) in frame.values
             known = self.value(left, frame)
             value = binary(sign[:-1], known, value) if is_known else Open(text_of(node)[:60])
+        elif left is not None and value == Const(None) and (kind := self.kind_of(left, frame)) is not None:
+            self.let_go(options(self.value(left, frame)), node, kind)
         self.assign(left, value, frame)
         self.gives(node, frame)
         return value

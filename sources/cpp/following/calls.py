@@ -17,6 +17,7 @@ from dineros.sources.cpp.quality import RMW_PROFILE, of_rmw
 from dineros.sources.cpp.tables.boost import standard
 from dineros.sources.cpp.values import (
     NO_VALUE,
+    Const,
     Either,
     Frame,
     Items,
@@ -142,6 +143,11 @@ class Calls(Routines):
         args = self.values(node.child_by_field_name("arguments"), frame)
         return self.make(node.child_by_field_name("type"), args, node, frame)
 
+    def _delete_expression(self, node: Node, frame: Frame) -> Value:
+        for each in named(node):
+            self.let_go(options(self.value(each, frame)), node)
+        return Const(None)
+
     def _compound_literal_expression(self, node: Node, frame: Frame) -> Value:
         args = self.values(node.child_by_field_name("value"), frame)
         return self.make(node.child_by_field_name("type"), args, node, frame)
@@ -170,12 +176,20 @@ class Calls(Routines):
         is_map = self.type_text(kind, frame).endswith("map") and len(inner) > 1
         first = args[0] if len(args) == 1 else None
         is_pair = is_map and isinstance(first, Items) and _is_pair(first)  # of ``map{{key, value}}``
-        made = first if isinstance(first, Items) and not is_pair else Items(args)
+        cls = None if is_map or not inner else self.class_of(self.type_text(inner[0], frame), frame)
+        is_item = cls is not None and isinstance(first, Items) and not first.of and _is_aggregate(first)
+        made = first if isinstance(first, Items) and not is_pair and not is_item else Items(args)
         if inner and made.kind is None:
             made.is_map = is_map
             number = 1 if is_map else 0
             made.of = self.type_text(inner[number], frame)
             made.kind = self.class_of(made.of, frame)
+            if not is_map and any(isinstance(each, Items) for each in made.values):
+                made.values = _items(self.aggregates(made, inner[0], inner[0], frame))
+            for each in made.values if is_map and made.kind is not None else ():
+                if isinstance(each, Items) and len(each.values) == 2:
+                    value = Items(each.values[1:])
+                    each.values[1:] = _items(self.aggregates(value, inner[1], inner[1], frame))
         return made
 
     def _call_expression(self, node: Node, frame: Frame) -> Value:
@@ -190,6 +204,8 @@ class Calls(Routines):
             held = [each for each in options(on) if isinstance(each, (Lambda, Method))]
             if held and text_of(field) == "second":  # lists of this reader have the values of a map only
                 return self.invoke(one_of(held), args, node, frame)
+            if text_of(field) in ("first", "second") and not isinstance(on, Obj):
+                return self.invoke(self.value(function, frame), args, node, frame)
             if text_of(field) in CHANGES:
                 value = CHANGES[text_of(field)] or value_in_words(args[0] if args else None)
                 self.note_change(path_of(left).rpartition("->")[2], value)
@@ -197,9 +213,7 @@ class Calls(Routines):
                 self.assign(left, args[0], frame)
                 return Open("reset")
             if text_of(field) == "reset" and not args and self._is_pointer(function, on):
-                kind = self.kind_of(left, frame)
-                if kind is not None and path_of(kind).endswith(("unique_ptr", "optional", "UniquePtr")):
-                    self.destroy([each for each in options(on) if isinstance(each, Obj)], node)
+                self.let_go(options(on), node, self.kind_of(left, frame))
             several = options(on)
             found = []
             for each in several:
@@ -240,8 +254,9 @@ class Calls(Routines):
             routines = self.methods_of(on, call.last)
             if routines:
                 return self.run(routines, call.args, on, call.node, self._types(call))
-            if isinstance(on.fields.get(call.last), (Lambda, Method)):
-                return self.invoke(on.fields[call.last], call.args, call.node, call.frame)
+            held = [each for each in options(on.fields.get(call.last)) if isinstance(each, (Lambda, Method))]
+            if held:
+                return self.invoke(one_of(held), call.args, call.node, call.frame)
         found = self.library.call(call)
         if found is None:
             self.escapes(call)
@@ -403,6 +418,15 @@ class Calls(Routines):
         frame = Frame(each.frame.path, each.frame.space, each.frame.this, each.frame.cls, outer=each.frame)
         frame.values = {p.name: args[n] if n < len(args) else Open(p.name) for n, p in enumerate(parameters)}
         return self._body(each.node.child_by_field_name("body"), frame, each.node)
+
+
+def _is_aggregate(value: Items) -> bool:
+    """Return whether a list in braces is that of one object, and not of several."""
+    return bool(value.values) and not any(isinstance(each, (Items, Obj)) for each in value.values)
+
+
+def _items(value: Value) -> list[Value]:
+    return value.values if isinstance(value, Items) else []
 
 
 def _is_pair(value: Items) -> bool:

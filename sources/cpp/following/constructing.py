@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from dineros.sources.cpp.declarators import Parameter
-from dineros.sources.cpp.entries import ClassInfo
+from dineros.sources.cpp.entries import ClassInfo, Routine
 from dineros.sources.cpp.following.calls import Call
 from dineros.sources.cpp.following.choices import Choices
 from dineros.sources.cpp.following.expressions import named
+from dineros.sources.cpp.following.fitting import fits
 from dineros.sources.cpp.following.machine import MOST_CALLS, coerced, is_node
 from dineros.sources.cpp.following.operators import CALLED
 from dineros.sources.cpp.parsing import arguments_of, path_of, text_of
@@ -68,8 +68,9 @@ class Constructing(Choices):
         found = [each for each in cls.methods.get(cls.name, []) if each.body is not None]
         fitting = [each for each in found if len(each.parameters) == len(args)]
         fitting = fitting or [each for each in found if len(each.parameters) > len(args)] or found
-        routine = max(fitting, key=lambda each: self._match(each.parameters, args, cls), default=None)
-        if routine is None:
+        marks = [self._match(each, args) for each in fitting]
+        fitting = [each for each, mark in zip(fitting, marks, strict=True) if mark == max(marks)]
+        if not fitting:
             if any(len(each) >= len(args) > 0 for each in cls.defaults.get(cls.name, [])):
                 self.escapes(Call(node, caller, cls.full, args))  # its constructor is missing
             frame = Frame(cls.path, cls.full, this, cls)
@@ -87,6 +88,14 @@ class Constructing(Choices):
                         cls.fields.get(name, (None, None))[0], value, node, frame
                     )
             return
+        self._begin(cls, this, fitting[0], args, node)
+        if this.node is None:
+            for other in fitting[1:_MOST_DELEGATIONS]:  # it may also be this one
+                with self.perhaps():
+                    self._begin(cls, this, other, args, node)
+
+    def _begin(self, cls: ClassInfo, this: Obj, routine: Routine, args: list[Value], node: Node) -> None:
+        """Run one constructor."""
         self.followed.add(routine.node.id)
         frame = self.frame_of(routine, args, this, [])
         inits: dict[str, Node | None] = {}
@@ -120,17 +129,14 @@ class Constructing(Choices):
         finally:
             self.frames.pop()
 
-    def _match(self, parameters: list[Parameter], args: list[Value], cls: ClassInfo) -> int:
-        """Return how many arguments are objects of exactly the type of their parameter."""
-        frame = Frame(cls.path, cls.full)
-        count = 0
-        for each, arg in zip(parameters, args, strict=False):
-            kind = "" if each.type is None else self.type_text(each.type, frame)
-            if isinstance(arg, Obj) and arg.cls is not None:
-                count += self.class_of(kind, frame) is arg.cls
-            elif isinstance(arg, Made):
-                count += kind.partition("<")[0] == arg.path
-        return count
+    def _match(self, routine: Routine, args: list[Value]) -> int:
+        """Return how well arguments fit the parameters of a constructor."""
+        mark = 0
+        for number, arg in enumerate(args[: len(routine.parameters)]):
+            kind = self.type_of_parameter(routine, number)
+            kinds = self.bases(arg.cls) if isinstance(arg, Obj) and arg.cls is not None else []
+            mark += fits(kind, arg, [each.full for each in kinds])
+        return mark
 
     def _aggregate(self, kind: Node | None, value: Value, node: Node, frame: Frame) -> Value:
         """Return the value of a member of an aggregate: lists in braces become objects."""
@@ -138,10 +144,10 @@ class Constructing(Choices):
             return coerced(text_of(kind), value)
         inner = arguments_of(kind)
         if inner and path_of(kind).endswith("vector"):
-            return self._aggregates(value, inner[0], node, frame)
+            return self.aggregates(value, inner[0], node, frame)
         return self.declared(kind, value.values, node, frame)
 
-    def _aggregates(self, value: Value, kind: Node | None, node: Node, frame: Frame) -> Value:
+    def aggregates(self, value: Value, kind: Node | None, node: Node, frame: Frame) -> Value:
         """Return a list of objects: those in braces are made, each one an object of its own."""
         cls = self.class_of(self.type_text(kind, frame), frame) if kind is not None else None
         if cls is None or not isinstance(value, Items):
@@ -212,7 +218,10 @@ class Constructing(Choices):
             if kind is None:
                 continue
             text = path_of(kind)
-            if (
+            if name in cls.arrays:
+                given = args if inner is not None or default is not None else self._field_of(kind, frame)
+                this.fields[name] = self.aggregates(Items(given), kind, where, frame)
+            elif (
                 default is not None
                 and name not in inits
                 and default.type not in ("initializer_list", "argument_list")
@@ -235,6 +244,11 @@ class Constructing(Choices):
             if cls is not None and args[0].cls is not None and cls in self.bases(args[0].cls):
                 return args[0]
         return self.declared(kind, args, where, frame)
+
+    def _field_of(self, kind: Node, frame: Frame) -> list[Value]:
+        """Return an item of an array of objects of the folder, which stands for all of them."""
+        cls = self.class_of(self.type_text(kind, frame), frame)
+        return [] if cls is None else [self.construct(cls, [], [], kind, frame)]
 
     def _is_value(self, kind: Node, cls: ClassInfo, name: str, frame: Frame) -> bool:
         """Return whether a member without arguments is an object or a list, and not a pointer."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from dineros.sources.cpp.declarators import is_array
 from dineros.sources.cpp.durations import UNITS
 from dineros.sources.cpp.following.machine import MOST_CALLS, coerced
 from dineros.sources.cpp.following.operators import Operators
@@ -178,6 +179,7 @@ class Expressions(Operators):
                     return Const(text[1:-1]) if text[:1] == text[-1:] == '"' else number(text)
                 inside = Frame(constant.path, constant.full.rpartition("::")[0])
                 found = self.braced(constant.node, inside) or self.value(constant.node, inside)
+                found = self._table(constant.node, found, inside)
                 is_profile = isinstance(found, Items) and _declared_type(constant.node).endswith(RMW_PROFILE)
                 return Made(RMW_PROFILE, fields=of_rmw(found.values)) if is_profile else found  # type: ignore[attr-defined]
             finally:
@@ -194,6 +196,21 @@ class Expressions(Operators):
             return Method(routines, path.rpartition("::")[2])
         is_preset = path.startswith("rmw_qos_profile_")
         return Made(path) if "::" in path or is_preset else Open(path)
+
+    def _table(self, node: Node, value: Value, frame: Frame) -> Value:
+        """Return the value of a constant; the items of a list in braces are objects of their class."""
+        declaration = node
+        while declaration.parent is not None and declaration.parent.type.endswith("declarator"):
+            declaration = declaration.parent
+        declarator = declaration.child_by_field_name("declarator") if declaration is not node else None
+        holder = declaration.parent
+        declarator = declarator or (None if holder is None else holder.child_by_field_name("declarator"))
+        kind = None if holder is None else holder.child_by_field_name("type")
+        if not isinstance(value, Items) or kind is None or declarator is None or value.is_map:
+            return value
+        if is_array(declarator):
+            return self.aggregates(value, kind, node, frame)
+        return self.declared(kind, [value], node, frame) if arguments_of(kind) else value
 
     def _are_same(self, node: Node, frame: Frame) -> Value:
         """Return whether two types are one, if both are known."""
@@ -241,7 +258,10 @@ class Expressions(Operators):
 
     def _subscript_expression(self, node: Node, frame: Frame) -> Value:
         on = self.value(node.child_by_field_name("argument"), frame)
-        indices = self.values(node.child_by_field_name("indices"), frame)
+        return self.item(on, self.values(node.child_by_field_name("indices"), frame), node, frame)
+
+    def item(self, on: Value, indices: list[Value], node: Node, frame: Frame) -> Value:
+        """Return the item of a list or map."""
         index = indices[0] if indices else None
         of_class = self.operated(on, "[]", indices, node)
         if of_class is not None:

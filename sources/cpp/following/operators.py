@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from dineros.sources.branches import Leave
 from dineros.sources.cpp.entries import ClassInfo, Routine
 from dineros.sources.cpp.following.machine import Machine
-from dineros.sources.cpp.parsing import text_of
+from dineros.sources.cpp.parsing import path_of, text_of
 from dineros.sources.cpp.values import Either, Frame, Made, Method, Obj, Open, Value, options
 
 if TYPE_CHECKING:
@@ -21,6 +21,11 @@ CALLED = "operator()"
 """The member of an object whose class extends lambdas, for all of them."""
 _BRACED = ("std::string", "string", "std::chrono::", "rclcpp::QoS", "rclcpp::Duration")
 """Types of constants in braces."""
+
+
+_OWNERS = ("unique_ptr", "optional", "UniquePtr")
+_SHARED = ("shared_ptr", "SharedPtr")
+"""Ends of names of pointers that own their object, alone or together with others."""
 
 
 class Operators(Machine):
@@ -47,6 +52,10 @@ class Operators(Machine):
 
     def declared(self, kind: Node | None, args: list[Value], node: Node, frame: Frame) -> Value:
         """Return the value of a declaration with arguments."""
+        raise NotImplementedError
+
+    def aggregates(self, value: Value, kind: Node | None, node: Node, frame: Frame) -> Value:
+        """Return a list of objects: those in braces are made."""
         raise NotImplementedError
 
     def operated(self, on: Value, sign: str, args: list[Value], node: Node) -> Value | None:
@@ -124,6 +133,16 @@ class Operators(Machine):
             routines = self.methods(value.cls, "operator()")
             return Method(routines, "operator()", value) if routines else value.fields.get(CALLED, value)
         return value
+
+    def let_go(self, objects: Sequence[Value], node: Node, kind: Node | None = None) -> None:
+        """Run the destructors of what a pointer holds; of a shared pointer, others may hold it, too."""
+        path = path_of(kind)
+        if kind is not None and not path.endswith((*_OWNERS, *_SHARED)):
+            return
+        held = [each for each in objects if isinstance(each, Obj)]
+        for each in held:
+            with self.perhaps() if len(held) > 1 or path.endswith(_SHARED) else nullcontext():
+                self.destroy([each], node)
 
     def destroy(self, objects: Sequence[Value], node: Node) -> None:
         """Run the destructors of a block's objects, the last one first; a ``return`` comes after them."""

@@ -111,7 +111,7 @@ class Routines(Assigning):
         return [
             value if number >= len(routine.parameters) else self._as_class(kind, value, given[number], frame)
             for number, value in enumerate(args)
-            for kind in [self._type_of(routine, number) if number < len(routine.parameters) else ""]
+            for kind in [self.type_of_parameter(routine, number) if number < len(routine.parameters) else ""]
         ]
 
     def _as_class(self, kind: str, value: Value, node: Node, frame: Frame) -> Value:
@@ -125,7 +125,7 @@ class Routines(Assigning):
         for each in cls.methods.get(cls.name, []):
             if len(each.parameters) != 1 or each.body is None:
                 continue
-            taken = self._type_of(each, 0)
+            taken = self.type_of_parameter(each, 0)
             if not taken or self.class_of(taken.removesuffix("*"), Frame(each.path, cls.full)) in own:
                 return self.construct(cls, [value], [], node, frame)
         return value
@@ -134,14 +134,11 @@ class Routines(Assigning):
         """Return the overloads with parameters of the classes of the objects; without any, all of them."""
         for number, value in enumerate(args):
             cls = value.cls if isinstance(value, Obj) else None
-            exact = [
-                each
-                for each in routines
-                if cls is not None
-                and number < len(each.parameters)
-                and self.class_of(self._type_of(each, number).removesuffix("*"), Frame(each.path, each.space))
-                is cls
-            ]
+            exact = []
+            for each in routines if cls is not None else ():
+                if number < len(each.parameters):
+                    kind = self.type_of_parameter(each, number).removesuffix("*")
+                    exact += [each] if self.class_of(kind, Frame(each.path, each.space)) is cls else []
             routines = exact or routines
         return routines
 
@@ -161,14 +158,14 @@ class Routines(Assigning):
                 exact = [
                     one
                     for one in routines
-                    if number < len(one.parameters) and _is_among(self._type_of(one, number), kinds)
+                    if number < len(one.parameters) and _is_among(self.type_of_parameter(one, number), kinds)
                 ]
                 if exact:
                     routines = exact
                     break
         return routines
 
-    def _type_of(self, routine: Routine, number: int) -> str:
+    def type_of_parameter(self, routine: Routine, number: int) -> str:
         """Return the type of a parameter; empty: it depends on a template."""
         kind = routine.parameters[number].type
         space = routine.cls.full if routine.cls is not None else routine.space

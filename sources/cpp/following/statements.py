@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from dineros.sources.branches import Leave
-from dineros.sources.cpp.declarators import function_of, is_lost, name_of, used
+from dineros.sources.cpp.declarators import function_of, is_array, is_lost, name_of, used
 from dineros.sources.cpp.following.constructing import Constructing
 from dineros.sources.cpp.following.expressions import named
 from dineros.sources.cpp.following.machine import coerced
@@ -17,6 +18,7 @@ from dineros.sources.cpp.values import (
     NO_VALUE,
     Const,
     Frame,
+    Items,
     Lambda,
     Made,
     Method,
@@ -151,6 +153,8 @@ class Statements(Constructing):
         words |= {text_of(each) for each in node.named_children if each.type == "type_qualifier"}
         is_static = "static" in words and not words & {"const", "constexpr"}
         for declarator in node.children_by_field_name("declarator"):
+            if kind is not None and self._calls_item(kind, declarator, frame):
+                continue
             key = declarator.id, *sorted(frame.types.items())
             name = name_of(declarator)
             if is_static and key in self.statics:
@@ -164,6 +168,20 @@ class Statements(Constructing):
             elif is_static and is_kept(value) and self.happened == before:
                 self.statics[key] = frame.values[name]
 
+    def _calls_item(self, kind: Node, declarator: Node, frame: Frame) -> bool:
+        """Call an item of a list: the grammar takes ``steps[number](value);`` for a declaration."""
+        brackets = declarator.child_by_field_name("declarator")
+        if kind.type != "type_identifier" or brackets is None:
+            return False
+        if brackets.type != "structured_binding_declarator" or declarator.type != "function_declarator":
+            return False
+        steps = self.lookup(text_of(kind), frame)
+        steps = steps if steps is not None else self._identifier(kind, frame)
+        called = self.item(steps, [self.value(each, frame) for each in named(brackets)], brackets, frame)
+        given = named(declarator.child_by_field_name("parameters"))
+        self.invoke(called, [self._as_argument(each, frame) for each in given], declarator, frame)
+        return True
+
     def _declare(self, kind: Node | None, declarator: Node, node: Node, frame: Frame) -> None:
         name = name_of(declarator)
         inner = declarator.child_by_field_name("value") if declarator.type == "init_declarator" else None
@@ -171,8 +189,8 @@ class Statements(Constructing):
             inner = node.child_by_field_name("value")  # of ``if (auto helper = helper_)``
         function = function_of(declarator)
         is_auto = kind is not None and kind.type == "placeholder_type_specifier"
-        if inner is not None and inner.type == "initializer_list" and _is_array(declarator):
-            value = self._aggregates(self.value(inner, frame), kind, node, frame)
+        if inner is not None and inner.type == "initializer_list" and is_array(declarator):
+            value = self.aggregates(self.value(inner, frame), kind, node, frame)
         elif inner is not None and inner.type in ("initializer_list", "argument_list") and not is_auto:
             value = self.declared(kind, self.values(inner, frame), declarator, frame)
         elif inner is not None:
@@ -249,6 +267,9 @@ class Statements(Constructing):
     def declared(self, kind: Node | None, args: list[Value], node: Node, frame: Frame) -> Value:
         """Return the value of a declaration with arguments."""
         text = text_of(kind)
+        if kind is not None and kind.type == "decltype" and not args:
+            like = self.value(next(iter(named(kind)), None), frame)
+            return replace(like, values=[], keys={}) if isinstance(like, Items) else NO_VALUE
         if (
             kind is None
             or kind.type in ("primitive_type", "sized_type_specifier")
@@ -276,9 +297,3 @@ def _is_made_here(kind: Node | None, declarator: Node, value: Node | None) -> bo
     is_plain = target is not None and target.type not in ("reference_declarator", "pointer_declarator")
     is_pointer = path_of(kind).endswith(("Ptr", "_ptr"))
     return is_plain and not is_pointer and not text.startswith(("*", "&"))
-
-
-def _is_array(declarator: Node) -> bool:
-    """Return whether a variable is declared as an array, as in ``const char * names[] = {...}``."""
-    inner = declarator.child_by_field_name("declarator")
-    return declarator.type == "array_declarator" or (inner is not None and _is_array(inner))

@@ -55,6 +55,10 @@ def items(machine: Statements, call: Call, on: Items) -> Value:
         if call.last == "at" and isinstance(index, int) and 0 <= index < len(on.values) and not _is_map(on):
             return on.values[index]
         return one_of(on.values)
+    if call.last == "swap" and call.args and isinstance(call.args[0], Items):
+        other = call.args[0]
+        on.values, other.values = on.values or other.values, other.values or on.values
+        return Const(None)
     if call.last == "size" and not on.is_open:
         return Const(len(on.values))
     return Open(text_of(call.node)[:60])
