@@ -97,7 +97,7 @@ class Maker:
         if space is not None and not all(map(_is_space_known, options(space))):
             self.machine.unread.append(f"{place}: the namespace of this node is not known; none is assumed")
         fact.base = kind.rpartition("::")[2]
-        fact.managed = fact.base == "LifecycleNode" or is_controller
+        fact.managed = fact.base.endswith("LifecycleNode") or is_controller
         fact.home = place.file
         this.node = fact
         self.machine.happens()

@@ -127,7 +127,11 @@ class Ros(Spinning):
             return call.args[0]
         if call.last == "create_sub_node" and call.args and isinstance(on, Obj) and on.node is not None:
             return Obj(None, {SUB_SPACE: call.args[0]}, on.node, parameters=on.parameters, unset=on.unset)
-        if isinstance(on, Open) and on.text.startswith("parameter ") and call.last.startswith("as_"):
+        if (
+            isinstance(on, Open)
+            and on.text.startswith("parameter ")
+            and (call.last.startswith("as_") or call.last == "get_value")
+        ):
             return on
         if call.last in SELF and not isinstance(on, Open):
             self.machine.forget(call)

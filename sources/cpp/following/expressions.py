@@ -284,6 +284,10 @@ class Expressions(Operators):
 
     # ------------------------------------------------------------------------------------------- operators
 
+    def _comma_expression(self, node: Node, frame: Frame) -> Value:
+        found = self.values(node, frame)
+        return found[-1] if found else Open(",")
+
     def _parenthesized_expression(self, node: Node, frame: Frame) -> Value:
         found = self.values(node, frame)
         return found[-1] if found else Open("()")

@@ -436,7 +436,7 @@ class Machine(Ways):
 
 def is_node(name: str) -> bool:
     """Return whether a class of a library is a node."""
-    return name in NODES or name in CONTROLLERS or name.endswith(("::LifecycleNode", "rclcpp::Node"))
+    return name in NODES or name in CONTROLLERS or name.endswith(("LifecycleNode", "rclcpp::Node"))
 
 
 def coerced(kind: str, value: Value) -> Value:

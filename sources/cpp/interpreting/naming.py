@@ -46,11 +46,21 @@ def is_callable(value: Value) -> bool:
     return any(isinstance(each, (Lambda, Method)) for each in options(value))
 
 
+_PARTS_OF_ACTIONS = {
+    "SendGoalService": "_SendGoal",
+    "GetResultService": "_GetResult",
+    "FeedbackMessage": "_FeedbackMessage",
+}
+"""Interfaces that an action is made of, by their names in C++."""
+
+
 def ros_type(text: str) -> str:
     """Return the name of an interface in the notation of ROS; open if it is not one."""
     parts = text.lstrip(":").split("::")
     if len(parts) == 3 and parts[1] in ("msg", "srv", "action"):
         return "/".join(parts)
+    if len(parts) == 5 and parts[1] == "action" and parts[3] == "Impl" and parts[4] in _PARTS_OF_ACTIONS:
+        return "/".join(parts[:3]) + _PARTS_OF_ACTIONS[parts[4]]
     return f"open: {text}"
 
 

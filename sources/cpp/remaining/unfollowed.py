@@ -38,9 +38,9 @@ def unfollowed(machine: Routines) -> Iterator[str]:
             continue
         if known.is_named(routine) and known.acts(routine.node):
             yield f"{routine.path}:{routine.line}: {routine.name} {_WORDS}"
-    for around, node in known.lambdas():
+    for path, _, node in known.lambdas():
         if node.id not in machine.followed and known.acts(node):
-            yield f"{around.path}:{line_of(node)}: a lambda {_WORDS}"
+            yield f"{path}:{line_of(node)}: a lambda {_WORDS}"
 
 
 _WORDS = "is used in a way that is not followed; what it does is missing"
@@ -64,14 +64,29 @@ class _Known:
             self._by_name.setdefault(each.name.encode(), []).append(each)
         made = {id(each.cls): each.cls for each in machine.made.values() if each.cls is not None}
         self._made = {id(base) for cls in made.values() for base in machine.bases(cls)}
-        lost: dict[int, list[Node]] = {}
-        for routine, node in self.lambdas():
-            if node.id not in machine.followed:
-                lost.setdefault(routine.node.id, []).append(node)
+        self._read = [(each.path, each.node) for each in self._followed]
+        for cls in (each for each in self._classes if id(each) in self._made):
+            self._read += [(cls.path, value) for _, value in cls.fields.values() if value is not None]
         self._used: set[bytes] = set()
-        for routine in self._followed:
-            text = routine.node.text or b""
-            for node in lost.get(routine.node.id, ()):
+        self._use(self._read)
+        named = [
+            (each.path, each.node)
+            for name, found in index.constants.items()
+            if name.encode() in self._used
+            for each in found
+        ]
+        self._read += named
+        self._use(named)
+
+    def _use(self, read: list[tuple[str, Node]]) -> None:
+        """Add the words of code that was followed and of values; lambdas that were not do not count."""
+        lost: dict[int, list[Node]] = {}
+        for _, around, node in self.lambdas():
+            if node.id not in self._machine.followed:
+                lost.setdefault(around.id, []).append(node)
+        for _, around in read:
+            text = around.text or b""
+            for node in lost.get(around.id, ()):
                 text = text.replace(node.text or b"", b"")
             self._used.update(_WORD.findall(text))
 
@@ -81,16 +96,19 @@ class _Known:
             if (each.cls is None and each.name != "main") or id(each.cls) in self._made:
                 yield each
 
-    def lambdas(self) -> Iterator[tuple[Routine, Node]]:
-        """Yield the lambdas in followed functions, but those within lambdas that were not followed."""
-        for routine in self._followed:
-            if b"[" not in (routine.node.text or b""):
+    def lambdas(self) -> Iterator[tuple[str, Node, Node]]:
+        """Yield the lambdas in followed functions and in values that are used, with their file and this code.
+
+        Those within lambdas that were not followed are left out.
+        """
+        for path, around in self._read:
+            if b"[" not in (around.text or b""):
                 continue
-            todo = [routine.node]
+            todo = [around]
             while todo:
                 each = todo.pop()
                 if each.type == "lambda_expression":
-                    yield routine, each
+                    yield path, around, each
                     if each.id not in self._machine.followed:
                         continue
                 todo += each.named_children

@@ -168,3 +168,24 @@ def test_the_constructor_that_fits_is_followed(tmp_path: Path, argument: str, ot
 def test_each_constructor_that_may_fit_is_followed(tmp_path: Path) -> None:
     made = "struct Loud { Loud(Robot &, int o) {} Loud(Robot & r, Other o) { r.say(); } };"
     assert when(tmp_path, tick="Loud loud(*this, unknown());", members=made) == ["conditional"]
+
+
+@pytest.mark.parametrize(
+    ("tick", "members", "before"),
+    [
+        ("use(steps_);", "lib::Steps steps_ = lib::steps([this]() { say(); });", ""),
+        ("use(step_);", "lib::Step step_ = lib::step(&Robot::say);", ""),
+        (
+            "use(TABLE, *this);",
+            "",
+            "class Robot; void talk(Robot & r);\nstatic const lib::Table TABLE = {talk};",
+        ),
+    ],
+)
+def test_functions_that_values_name_have_a_line(tmp_path: Path, tick: str, members: str, before: str) -> None:
+    text = ROBOT.replace("BEFORE", before).replace("TICK", tick).replace("MEMBERS", members)
+    after = "void talk(Robot & r) { r.say(); }" if before else ""
+    (tmp_path / "robot.cpp").write_text(text.replace("INIT", "").replace("AFTER", after))
+    found = read_source(tmp_path)
+    does = [each.do for node in found.nodes for one in node.callbacks for each in one.effects]
+    assert "publish" in does or any("not followed" in each for each in found.unread)
