@@ -132,9 +132,12 @@ class Constructing(Choices):
     def _match(self, routine: Routine, args: list[Value]) -> int:
         """Return how well arguments fit the parameters of a constructor."""
         mark = 0
-        for number, arg in enumerate(args[: len(routine.parameters)]):
+        for number, value in enumerate(args[: len(routine.parameters)]):
+            arg = value
             kind = self.type_of_parameter(routine, number)
             kinds = self.bases(arg.cls) if isinstance(arg, Obj) and arg.cls is not None else []
+            if isinstance(arg, Made) and routine.cls is not None:  # its class may have another name here
+                arg = Made(self.type_text_of(arg.path, Frame(routine.path, routine.cls.full)))
             mark += fits(kind, arg, [each.full for each in kinds])
         return mark
 

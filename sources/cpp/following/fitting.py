@@ -53,9 +53,10 @@ def fits(kind: str, value: Value, classes: list[str]) -> int:
     if isinstance(value, (Lambda, Method)):
         return _NEVER if is_plain else int("function" in kind)
     if isinstance(value, Items):
-        return _NEVER if is_plain else 0
+        return _NEVER if is_plain or (value.of and kind.startswith("rclcpp::")) else 0
     if isinstance(value, Seconds):
         return 2 if kind.endswith(_LENGTHS) else 0
     if isinstance(value, Made) and kind and value.path:
-        return 4 if kind.removesuffix("*") == value.path else 0
+        is_other = value.path.startswith("std::") and kind.startswith("rclcpp::")
+        return 4 if kind.removesuffix("*") == value.path else _NEVER if is_other else 0
     return 0

@@ -56,3 +56,32 @@ def test_interfaces_of_actions_have_names(tmp_path: Path) -> None:
 def test_the_last_value_between_commas_counts(tmp_path: Path) -> None:
     (timer,) = [each for each in node_of(tmp_path, "rclcpp::Node").entities if each.kind == "timers"]
     assert timer.details["period"] == 1.0
+
+
+def test_a_constructor_that_another_one_calls(tmp_path: Path) -> None:
+    text = """
+#include <rclcpp/rclcpp.hpp>
+struct Plain {};
+class Robot : public rclcpp::Node {
+ public:
+  using Tasks = std::unordered_map<int, std::string>;
+  Robot(std::shared_ptr<lib::Data> data, const rclcpp::NodeOptions & options, Plain)
+  : Node("robot", options) {}
+  Robot(std::shared_ptr<lib::Data> data, Tasks tasks, const rclcpp::NodeOptions & options)
+  : Robot(data, options, Plain()) { begin(); }
+  explicit Robot(const rclcpp::NodeOptions & options)
+  : Robot(std::make_shared<lib::Data>(), Tasks(), options) {}
+  void begin() { out_ = create_publisher<std_msgs::msg::String>("out", 1); }
+  rclcpp::Publisher<std_msgs::msg::String>::SharedPtr out_;
+};
+std::shared_ptr<rclcpp::Node> make_robot(const rclcpp::NodeOptions & options) {
+  return std::make_shared<Robot>(options);
+}
+int main(int argc, char ** argv) {
+  rclcpp::init(argc, argv);
+  rclcpp::spin(make_robot());
+}
+"""
+    (tmp_path / "robot.cpp").write_text(text)
+    (node,) = read_source(tmp_path).nodes
+    assert [each.name for each in node.entities if each.kind == "publishers"] == ["out"]
