@@ -232,6 +232,15 @@ def default_out_of_range(small: Small) -> None:
 
 
 @CASES.breaks(
+    "field-default-fits",
+    "token field 'mode' of token type 'Token' has a default that does not fit: it is a number, and B names 2",
+    "write the default as JSON of the field's kind",
+)
+def default_by_name(small: Small) -> None:
+    small["Token"].fields.append(sym.TokenField(name="mode", kind="integer", values="A=1, B=2", default="B"))
+
+
+@CASES.breaks(
     "value-names-unique",
     "token field 'door' of token type 'Token' names a value OPEN, as another field of its token type does",
     "give the values different names, such as DOOR_OPEN and GATE_OPEN",

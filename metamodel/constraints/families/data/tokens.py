@@ -135,6 +135,10 @@ def value_names_unique(field: sym.TokenField, index: Index) -> Outcome:
 )
 def field_default_fits(field: sym.TokenField, index: Index) -> Outcome:
     """The default of a field is JSON of its kind."""
+    word = (field.default or "").strip('" ')
+    number = field_type(field).range.value_of(word)
+    if number is not None:
+        return f"it is a number, and {word} names {number}"
     try:
         field_value(field_type(field), read_json(field.default or ""))
     except FeatureValueError as error:
