@@ -116,16 +116,16 @@ def verify_timed_ltl(
         classes = graph.classes
         budget.stage("the product with the automaton")
         product = ClassProduct(graph, automaton, atoms, budget)
-        run = product.accepted([passing(graph)]) or product.accepted(allowed=stopping(graph))
-        zeno = product.accepted() if run is None else None
         if not net.time_passes:
-            run = run or zeno
-        elif zeno is not None:
-            reason = TIME_PASSES
-            if all_take_finite_time(graph, *product.accepting_parts()):
-                return Outcome("holds", states=classes, seconds=budget.spent, by=BY, reason=reason)
-            found = _in_infinite_time(net, kind, automaton, atoms, budget)
-            graph, run = (graph, None) if found is None else found
+            run = product.accepted()
+        else:
+            run = product.accepted([passing(graph)]) or product.accepted(allowed=stopping(graph))
+            if run is None and product.accepted() is not None:
+                reason = TIME_PASSES
+                if all_take_finite_time(graph, *product.accepting_parts()):
+                    return Outcome("holds", states=classes, seconds=budget.spent, by=BY, reason=reason)
+                found = _in_infinite_time(net, kind, automaton, atoms, budget)
+                graph, run = (graph, None) if found is None else found
     except BudgetExceededError as limit:
         said = RAN_OUT.get(str(limit), str(limit))
         if reason:

@@ -7,6 +7,7 @@ from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 from random import Random
+from typing import Any
 
 import pytest
 
@@ -15,6 +16,7 @@ from dineros.analysis.logic.ltl.verification import verify_ltl
 from dineros.analysis.nets.compiled import CompiledNet, Transition
 from dineros.analysis.timed.linear_time import TIME_PASSES, verify_timed_ltl
 from dineros.analysis.timed.nets import Interval, TimedNet
+from dineros.analysis.timed.runs.product import ClassProduct, LassoRun
 from tests.analysis.timed.time_nets import RandomNet, lively_net
 from tests.support.references.regions import TimedTransition
 
@@ -152,6 +154,23 @@ def test_endless_changes_of_a_signal_in_no_time_are_no_run(latest: Fraction | No
     plain = replace(toggled(latest), time_passes=False)
     assert verify_timed_ltl(plain, "G (fired(begin) -> F fired(end))").status == "violated"
     assert verify_timed_ltl(toggled(latest), "F G (busy == 0)").status == "violated"
+
+
+@pytest.mark.parametrize(
+    "formula", ["G (fired(begin) -> F fired(end))", "G (fired(end) -> busy == 0 | busy == 1)"]
+)
+def test_the_product_of_a_plain_net_is_searched_once(formula: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """All runs of a plain net count, so none has to take infinite time."""
+    searches = []
+    accepted = ClassProduct.accepted
+
+    def counting(product: ClassProduct, *arguments: Any, **options: Any) -> LassoRun | None:
+        searches.append((arguments, options))
+        return accepted(product, *arguments, **options)
+
+    monkeypatch.setattr(ClassProduct, "accepted", counting)
+    verify_timed_ltl(replace(toggled(Fraction(5)), time_passes=False), formula)
+    assert searches == [((), {})]
 
 
 @pytest.mark.parametrize("interval", [Interval(), Interval(Fraction(0), Fraction(1))])
