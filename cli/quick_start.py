@@ -21,6 +21,8 @@ UNUSED = ("scipy", "scipy.linalg", "cffi", "coverage")
 RARE = ("importlib.metadata", "urllib.request")
 #: What cached kernels name as the source of their arrays, and what only compilation uses.
 FOR_COMPILATION = "numba.np.arrayobj"
+#: Numba asks of each kind of array whether it is one of these. Commands make none.
+MASKED_ARRAYS, MASKED_ARRAY, ASKS = "numpy.ma", "MaskedArray", "numba.core.typing.typeof"
 #: What NumPy imports only to write docstrings.
 DOCSTRINGS = ("numpy._core._add_newdocs", "numpy._core._add_newdocs_scalars")
 #: Numba reads this file of the current folder, for which it needs YAML.
@@ -60,11 +62,16 @@ def start_quickly(model: Path | None = None) -> None:
         # Else the first kernel looks for extensions of Numba in every installed package.
         sys.modules["numba.core.entrypoints"].__dict__["_already_initialized"] = True
         _import_when_used(FOR_COMPILATION)
+        _import_when_used(MASKED_ARRAYS)
     finally:
         if not is_set:
             del os.environ[THREADS]
         for name in hidden:
             del sys.modules[name]
+
+
+class _NoArray:
+    """A class without objects."""
 
 
 def _import_when_used(name: str) -> None:
@@ -74,6 +81,8 @@ def _import_when_used(name: str) -> None:
     stand_in = ModuleType(name)
 
     def attribute(wanted: str) -> object:
+        if wanted == MASKED_ARRAY and sys._getframe(1).f_globals.get("__name__") == ASKS:
+            return _NoArray
         if sys.modules.get(name) is stand_in:
             del sys.modules[name]
         return getattr(import_module(name), wanted)

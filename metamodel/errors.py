@@ -6,7 +6,6 @@ Every error a user can cause derives from `DinerosError` and prints as one line,
 
 from __future__ import annotations
 
-import difflib
 import re
 import unicodedata
 from collections.abc import Iterable, Sequence
@@ -211,6 +210,8 @@ def near_matches(name: str, known: Iterable[str]) -> str | None:
     >>> near_matches("tokns", ["tokens", "name"]), near_matches("kind", ["id"])
     ("did you mean 'tokens'?", None)
     """
+    import difflib
+
     similar = difflib.get_close_matches(name, list(dict.fromkeys(known)), n=8, cutoff=0.6)
     near = [each for each in similar if _is_near(name, each)][:3]
     return f"did you mean {' or '.join(repr(match) for match in near)}?" if near else None

@@ -14,6 +14,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable
 from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import Any, Literal, TypeVar, get_type_hints
 
 from dineros.metamodel.base import EObject
@@ -104,11 +105,10 @@ def constraint(
     """Make a constraint of a check; its name, its first parameter's class and its docstring belong to it."""
 
     def make(check: Callable[[E, Index], Outcome]) -> Constraint:
-        first = next(iter(inspect.signature(check).parameters))
         return Constraint(
             name=check.__name__.replace("_", "-"),
             says=(inspect.getdoc(check) or "").split("\n\n")[0].replace("\n", " "),
-            about=get_type_hints(check)[first],
+            about=_first_type(check),
             severity=severity,
             guard=guard,
             check=check,
@@ -117,6 +117,12 @@ def constraint(
         )
 
     return make
+
+
+def _first_type(check: Any) -> Any:
+    """Return the type of a function's first parameter; other annotations take time, and are not evaluated."""
+    name, text = next(iter(check.__annotations__.items()))
+    return get_type_hints(SimpleNamespace(__annotations__={name: text}), check.__globals__)[name]
 
 
 def _one_line(text: str) -> str:

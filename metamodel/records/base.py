@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import ClassVar, Literal, NamedTuple, TypeAlias, dataclass_transform
+from dataclasses import dataclass, field, fields
+from operator import attrgetter
+from typing import Any, ClassVar, Literal, NamedTuple, TypeAlias, dataclass_transform
 
 from dineros.metamodel.clauses import SignalSetting
 from dineros.metamodel.errors import Location
@@ -26,7 +27,7 @@ EVENTS: dict[str, type[Record]] = {}
 
 
 @dataclass_transform(frozen_default=True, kw_only_default=True, field_specifiers=(field,))
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class Record:
     """One line of a trace, whose fields are those of the JSON object.
 
@@ -46,6 +47,8 @@ class Record:
 
     event: ClassVar[str]
     declared: ClassVar[Declaration] = Declaration()
+    _compared: ClassVar[Any]
+    """Returns the values of the fields that two equal records have in common."""
 
     sequence: int
     time: float | None = None
@@ -53,10 +56,24 @@ class Record:
     location: Location | None = field(default=None, compare=False, repr=False)
 
     def __init_subclass__(cls, event: str | None = None) -> None:
-        dataclass(frozen=True, kw_only=True)(cls)
+        # What is the same for all records is written below, not generated once more for each class.
+        dataclass(frozen=True, kw_only=True, repr=False, eq=False)(cls)
+        cls._compared = attrgetter(*(each.name for each in fields(cls) if each.compare))
         if event is not None:
             cls.event = event
             EVENTS[event] = cls
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Record) or other.__class__ is not self.__class__:
+            return NotImplemented
+        return bool(self._compared(self) == self._compared(other))
+
+    def __hash__(self) -> int:
+        return hash(self._compared(self))
+
+    def __repr__(self) -> str:
+        shown = (f"{each.name}={getattr(self, each.name)!r}" for each in fields(self) if each.repr)
+        return f"{type(self).__qualname__}({', '.join(shown)})"
 
 
 SCHEMA = 1

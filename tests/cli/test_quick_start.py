@@ -23,7 +23,10 @@ print(len(importlib.metadata.version("numba")) > 1, urllib.request.Request.__nam
 for name in ("scipy.linalg", "cffi", "yaml"):
     import_module(name)
 import numpy as np
-from numba import njit
+from numba import njit, typeof
+print(typeof(np.zeros(1)), sys.modules["numpy.ma"].__spec__)
+masked = np.ma.masked_array([1, 2], [True, False])
+print(isinstance(masked, np.ma.MaskedArray), masked.sum(), sys.modules["numpy.ma"].__spec__ is not None)
 print(njit(lambda number: np.zeros(number).size + np.full(1, 1).sum() + 1)(40))
 print(sys.modules[FOR_COMPILATION].__spec__ is not None)
 """
@@ -48,4 +51,5 @@ def test_what_is_hidden_comes_back(
         environment["OPENBLAS_NUM_THREADS"] = threads
     command = [sys.executable, "-P", "-c", PROGRAM]
     run = subprocess.run(command, capture_output=True, text=True, check=True, cwd=tmp_path, env=environment)
-    assert (run.stdout.splitlines(), run.stderr) == ([seen, "[]", "True Request", "42", "True"], "")
+    arrays = ["array(float64, 1d, C) None", "True 2 True"]
+    assert (run.stdout.splitlines(), run.stderr) == ([seen, "[]", "True Request", *arrays, "42", "True"], "")

@@ -255,3 +255,14 @@ def test_a_trace_is_a_plain_file(tmp_path: Path) -> None:
     for path in (tmp_path / "pipe", Path("/dev/zero")):
         with pytest.raises(RecordError, match="is not a plain file"):
             list(read_records(path))
+
+
+def test_equal_records_have_equal_fields_wherever_they_were_read() -> None:
+    one, other = Stop(sequence=1, reason="end"), Stop(sequence=1, reason="end", location=Location("a", 3))
+    assert (one, hash(one), repr(one)) == (other, hash(other), repr(other))
+    assert one not in (
+        Stop(sequence=2, reason="end"),
+        Signal(sequence=1, signal="s", value=True),
+        (1, None, None),
+    )
+    assert repr(one).startswith("Stop(sequence=1, time=None, node=None, reason='end'")
