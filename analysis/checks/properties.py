@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, ClassVar
@@ -89,6 +90,27 @@ class Properties(Question):
                 if outcome is not None:
                     self._say(checked, property, shown, question, outcome)
                     checked.bounded[_mark(property)] = checked.report.proved[-1]
+
+    def tell(self, checked: Checked, decide: Callable[[Asked], Outcome | None]) -> None:
+        """Answer those that are left, and are about the net that is checked, by what is known of it.
+
+        `decide`: gets a property, and returns its answer; None if it is not known.
+        """
+        from dineros.analysis.requirements.asking import question_of
+        from dineros.analysis.requirements.stored import Asked
+
+        for property in _left(checked):
+            with checked.guarded(None):
+                try:
+                    question = question_of(property, self._subject(checked))
+                except FormulaError:
+                    continue  # what cannot be read is said when all are asked
+                if not isinstance(question, Asked) or question.subject is not checked.subject:
+                    continue
+                outcome = decide(question)
+                if outcome is not None:
+                    self._say(checked, property, f"property {label(property)}", question, outcome)
+                    checked.told.add(_mark(property))
 
     def _ask_parts(self, checked: Checked, property: sym.Property, shown: str, question: Asked) -> None:
         if question.reading.is_negated:

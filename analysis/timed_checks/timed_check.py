@@ -25,6 +25,7 @@ from dineros.analysis.timed_checks.callbacks import TimedCallbacks
 from dineros.analysis.timed_checks.endings import TimedDeadlock
 from dineros.analysis.timed_checks.faults_of_time import NeverInTime, TimeStops
 from dineros.analysis.timed_checks.lost_ticks import LostTicks
+from dineros.analysis.timed_checks.shown_by_runs import shown_by_runs
 from dineros.analysis.timed_checks.timed_checked import TimedChecked
 from dineros.analysis.timed_checks.unforced import ask_unforced
 from dineros.analysis.witnesses.findings import Report
@@ -111,5 +112,16 @@ def ask_timed(
         properties.ask_bounds(checked)
     for question in asked:
         checked.ask(question)
+        if isinstance(question, TimedBoundedness):
+            _tell_of_runs(checked, asked)
     qualify(checked)
     return checked
+
+
+def _tell_of_runs(checked: TimedChecked, asked: Sequence[Question]) -> None:
+    """Answer the properties that random runs and the known firings decide, before what takes long."""
+    if checked.firings is None or not checked.walked.runs:
+        return
+    runs = [*checked.walked.runs, *checked.firings.traces.values()]
+    for properties in (each for each in asked if isinstance(each, Properties)):
+        properties.tell(checked, lambda question: shown_by_runs(question, runs))
