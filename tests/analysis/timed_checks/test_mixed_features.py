@@ -177,7 +177,7 @@ def require_known(found: Everything, seen: Mixture) -> int:
             assert answer.reason, name
         if answer.is_exact and not answer.reason:
             assert answer.least is not None and answer.greatest is not None
-            assert (answer.least.value * 100, answer.greatest.value * 100) == (least, greatest), name
+            assert answer.least.value * 100 == least and answer.greatest.value * 100 == greatest, name
     for place_, (most, overflows) in found.readers.items():
         name = str(place_).removesuffix(".heard").removesuffix(".entry")
         if name in seen.longest:

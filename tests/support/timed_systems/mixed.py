@@ -273,6 +273,9 @@ class Mixed:
             self.found.expired.add(reader["name"])
             return state
         first = _Message(0, 0 if span is None else first.since)
+        if len(state.queues[number]) == reader["depth"]:
+            # A message that is displaced starts the reaction again.
+            state = state._replace(taking=_with(state.taking, number, -1))
         queue = self._into(reader["name"], reader["depth"], state.queues[number], first)
         return self._renewed(state._replace(queues=_with(state.queues, number, queue)), number)
 
