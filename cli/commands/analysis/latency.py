@@ -20,6 +20,7 @@ from dineros.cli.options import (
 )
 from dineros.cli.presentation.answers import say_assumes
 from dineros.cli.presentation.reports.latencies import (
+    left_out,
     lines_of_all,
     lines_of_depths,
     span,
@@ -35,7 +36,7 @@ if TYPE_CHECKING:
     from dineros.analysis.latencies.answers import End, Everything, Latencies, Latency
     from dineros.analysis.latencies.depths import Depth
     from dineros.analysis.witnesses.witness import Witness
-    from dineros.metamodel import pn
+    from dineros.metamodel import sym
 
 EXACT_SECONDS = 60.0
 """Seconds for exact times if the command has no limit; then bounds are the answer."""
@@ -102,7 +103,7 @@ def latency(
     if not isinstance(net, sym.SystemModel):
         raise DinerosError("latencies are defined for system models only", location=Location(model))
     run = search()
-    saying = _Saying(model, f"{first} to {last}", as_json, of_source(net))
+    saying = _Saying(model, net, f"{first} to {last}", as_json, of_source(net))
     run.draft(saying.nothing)
     run.stage("bounding times")
     reason, asked = "", None
@@ -195,13 +196,16 @@ def _worst(
     return words, witness_of(asked.subject, shown.trace, times=shown.times)
 
 
-def _notes(model: pn.Net, found: Everything | Latency, reason: str) -> list[str]:
+def _notes(model: sym.SystemModel, found: Everything | Latency, reason: str) -> list[str]:
     from dineros.analysis.bounds.answers import ASSUMES
+    from dineros.analysis.latencies.answers import Latency
     from dineros.analysis.model.assumptions import of_source
 
     notes = [f"exact times are not known: {reason}"] if reason else []
     if not found.is_exact:
         notes.append(f"some bounds are safe bounds that may never be reached; they assume that {ASSUMES}")
+    if not isinstance(found, Latency):
+        notes += left_out(model, found)
     return [*notes, *(f"assumes: {each}" for each in of_source(model))]
 
 
@@ -214,8 +218,10 @@ class _Saying:
     `of_source`: the assumption about the source of the model, if there is one.
     """
 
-    def __init__(self, model: Path, chain: str, as_json: bool, of_source: list[str]) -> None:
-        self.model, self.chain, self.as_json, self.of_source = model, chain, as_json, of_source
+    def __init__(
+        self, model: Path, net: sym.SystemModel, chain: str, as_json: bool, of_source: list[str]
+    ) -> None:
+        self.model, self.net, self.chain, self.as_json, self.of_source = model, net, chain, as_json, of_source
 
     def nothing(self, ending: str) -> int:
         """Print that the search ended without a result."""
@@ -247,6 +253,8 @@ class _Saying:
                 say(f"note: exact times are not known: {ended}")
             if not is_exact:
                 say(f"note: these are safe bounds that may never be reached; they assume that {ASSUMES}")
+            for line in [] if isinstance(found, Latency) else left_out(self.net, found):
+                say(f"note: {line}")
             say_assumes(self.of_source)
         return UNKNOWN if any(time.reason for time in times) else HOLDS
 

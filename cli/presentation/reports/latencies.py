@@ -126,6 +126,15 @@ def lines_of_all(found: Everything) -> list[str]:
     return lines
 
 
+def left_out(model: sym.SystemModel, found: Everything) -> list[str]:
+    """Return a note about the callbacks of which no response time is computed; none if there are none."""
+    from dineros.analysis.latencies.paths import callback_pages
+
+    pages = [page for page in callback_pages(model) if page.id not in found.callbacks]
+    names = ", ".join(f"{page.id} ({page.kind})" for page in pages)
+    return [f"response times are not computed for {names}"] if pages else []
+
+
 def _why(found: Everything, name: str, answer: bool | None) -> list[str]:
     return [f"    open: {found.reasons[name]}"] if answer is None and name in found.reasons else []
 

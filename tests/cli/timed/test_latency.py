@@ -13,6 +13,8 @@ from tests.cli.conftest import Run
 from tests.support.timed_systems.counted import COUNTED
 from tests.support.timed_systems.models import model_of
 
+EXAMPLES = Path(__file__).parents[3] / "examples"
+
 
 @pytest.fixture
 def robot(tmp_path: Path) -> Path:
@@ -198,6 +200,14 @@ def test_bounds_where_too_many_messages_are_on_their_way(run: Run, tmp_path: Pat
     lines = found.stdout.splitlines()
     assert lines[0] == "tick to log: at least 1 s, at most 1.03 s"
     assert "messages of topic t can be on their way at once" in lines[2]
+
+
+def test_callbacks_without_response_times_are_named(run: Run) -> None:
+    """Nothing follows when goals and results call a callback; the answer does not hide that."""
+    found = run("latency", EXAMPLES / "sorting_actions" / "cell_timed.sym.xmi", "--bounds")
+    (note,) = [each for each in found.stdout.splitlines() if "not computed" in each]
+    assert note.startswith("note: response times are not computed for ") and "(goal)" in note
+    assert "not computed" not in run("latency", EXAMPLES / "callbacks" / "sensor_timed.sym.xmi").stdout
 
 
 def test_a_page_and_a_run(run: Run, robot: Path, tmp_path: Path) -> None:
