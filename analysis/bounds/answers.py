@@ -117,8 +117,10 @@ class Bounds:
 
     def share_of_thread(self, page: sym.CallbackPage) -> Fraction | None:
         """Return which part of the time of a thread a callback needs at most, in the long run; None: open."""
-        found = Fraction(0)
-        for task in self._tasks.of(page):
+        found, tasks = Fraction(0), self._tasks.of(page)
+        if not tasks:
+            return None
+        for task in tasks:
             curve = self._solved.curves.get(task)
             if curve is None or task.work is None:
                 return None

@@ -10,7 +10,7 @@ from dineros.analysis.bounds.answers import Bounds
 from dineros.analysis.latencies.answers import Latency
 from dineros.metamodel import sym
 from dineros.metamodel.elements import find
-from tests.support.timed_systems.engine_chains import UNIT, Chain, Found, drawn, explored, model_of
+from tests.support.timed_systems.engine_chains import UNIT, Chain, Found, Stage, drawn, explored, model_of
 
 SEEDS = 12 * int(os.environ.get("DINEROS_EXAMPLES", "1"))
 
@@ -54,3 +54,12 @@ def test_no_bound_is_below_the_exact_value() -> None:
                     if is_safe:
                         assert (bounds.longest(reader) or 0) >= exact.longest[number], (seed, chain)
     assert asked > SEEDS and known > 0.9 * asked, (asked, known)
+
+
+def test_callbacks_of_engines_have_no_share_of_a_thread() -> None:
+    """The thread of an engine is not that of its callbacks: 0 % would say that they need no time."""
+    chain = Chain(8, (0, 1), (Stage((0, 1), 1, (0, 1)), Stage((0, 1), 1, (1, 2), is_engine=False)))
+    model = model_of(chain)
+    bounds = Bounds(model)
+    assert [bounds.share_of_thread(callback_of(model, number)) for number in (-1, 0)] == [None, None]
+    assert bounds.share_of_thread(callback_of(model, 1)) == Fraction(1, 4)
