@@ -109,6 +109,26 @@ class CopiedPublisher(PagePublisher):
         self.source = Node(pn.Place, of=image(self.port.place, self.page))
 
 
+def copied_client(copy: str, called: Node, original: Node, page: Made) -> New:
+    """Return the client of the service `called` on a copy of the page on which the original client is.
+
+    `copy`: the start of its name; may have placeholders.
+    """
+    return New(
+        sym.ClientPort,
+        channel=called,
+        client=copy + ".{original.client}",
+        request=image(original.request, page),
+        response=image(original.response, page),
+        outstanding=original.outstanding,
+        timeout=original.timeout,
+        timedOut=image(original.timedOut, page),
+        waitsForService=original.waitsForService,
+        latency=CallLatency(original),
+        group=original.group,
+    )
+
+
 class S4Client(StandardRule, phase=Phase.instances):
     """A client of its own for each instance of the server page that a client is on."""
 
@@ -120,19 +140,7 @@ class S4Client(StandardRule, phase=Phase.instances):
     original = Node(sym.ClientPort, channel=called)
     around = Node(pn.Page, of=enclosing(original.request, pn.Page))
 
-    client = New(
-        sym.ClientPort,
-        channel=called,
-        client="{service.id}[{instance}].{original.client}",
-        request=image(original.request, page),
-        response=image(original.response, page),
-        outstanding=original.outstanding,
-        timeout=original.timeout,
-        timedOut=image(original.timedOut, page),
-        waitsForService=original.waitsForService,
-        latency=CallLatency(original),
-        group=original.group,
-    )
+    client = copied_client("{service.id}[{instance}]", called, original, page)
 
     where = [around == server.page]
     lhs = [service, server, instance, page, called, around, original]

@@ -7,11 +7,11 @@ that a request never affects another goal than its own (ROS 2, design of actions
 from __future__ import annotations
 
 from dineros.metamodel import pn, sym
-from dineros.transformations.language import Copy, Expression, Index, Made, Meaning, New, Node, Pattern, image
+from dineros.transformations.language import Copy, Expression, Index, Made, Meaning, Node, Pattern, image
 from dineros.transformations.language.functions import count, either, enclosing
 from dineros.transformations.rules.notation import Bound, place
 from dineros.transformations.rules.phases import Phase, StandardRule
-from dineros.transformations.rules.queries.message_times import CallLatency
+from dineros.transformations.rules.services import copied_client
 
 
 def slots(action: Node) -> Expression:
@@ -61,19 +61,7 @@ class A6Client(StandardRule, phase=Phase.instances):
     original = Node(sym.ClientPort, channel=called)
     around = Node(pn.Page, of=enclosing(original.request, pn.Page))
 
-    client = New(
-        sym.ClientPort,
-        channel=called,
-        client="{action.id}[{slot}].{original.client}",
-        request=image(original.request, page),
-        response=image(original.response, page),
-        outstanding=original.outstanding,
-        timeout=original.timeout,
-        timedOut=image(original.timedOut, page),
-        waitsForService=original.waitsForService,
-        latency=CallLatency(original),
-        group=original.group,
-    )
+    client = copied_client("{action.id}[{slot}]", called, original, page)
 
     where = [around == server.page]
 
