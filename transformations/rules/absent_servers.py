@@ -65,7 +65,7 @@ class L6(StandardRule, phase=Phase.disappearing, middleware="ros2"):
 
 
 class L6Instead(StandardRule, phase=Phase.disappearing, middleware="ros2"):
-    """So does one in whose place a full history forgets another."""
+    """A request that replaces another one in a full history comes to a server that is configured, too."""
 
     service, server, client = _served()
     instead = Made(R6Client.instead, of=client)
@@ -93,7 +93,7 @@ class L6Miss(StandardRule, phase=Phase.disappearing, middleware="ros2"):
 
 
 class L6Settled(StandardRule, phase=Phase.disappearing, middleware="ros2"):
-    """A server leaves when what was sent to it while it was there has come to its history."""
+    """A server leaves only after all requests that were sent while it was there are in its history."""
 
     service, server, client = _served()
     sent = Made(R5Client.sent, of=client)
@@ -108,7 +108,7 @@ class L6Settled(StandardRule, phase=Phase.disappearing, middleware="ros2"):
 
 
 class L6Leave(StandardRule, phase=Phase.disappearing, middleware="ros2"):
-    """So each request that is missed was sent while the server was not there."""
+    """A server leaves only while no request of a client is arriving."""
 
     service, server, client = _served()
     bound = Made(L6Settled.bound, of=client)
@@ -118,7 +118,7 @@ class L6Leave(StandardRule, phase=Phase.disappearing, middleware="ros2"):
 
 
 class L6LeaveFree(StandardRule, phase=Phase.disappearing, middleware="ros2"):
-    """So it is with a client that does not wait."""
+    """A server leaves only while no request of a client that does not wait is arriving."""
 
     service, server, client = _served()
     bound = Made(R8.sending, of=client)
@@ -144,7 +144,7 @@ class L6Wait(StandardRule, phase=Phase.disappearing, middleware="ros2"):
 
 
 class L7(StandardRule, phase=Phase.disappearing, middleware="ros2"):
-    """A request in the history of a server that leaves is lost, where its client sends it once."""
+    """A request in the history of a server that leaves is lost if its client sends each request once."""
 
     service, server, client = _served()
     requests = Made(S1.requests, of=client)
@@ -163,7 +163,7 @@ class L7(StandardRule, phase=Phase.disappearing, middleware="ros2"):
 
 
 class L7Again(StandardRule, phase=Phase.disappearing, middleware="ros2"):
-    """Otherwise its client sends it again."""
+    """A request in the history of a server that leaves is sent again if its client repeats requests."""
 
     service, server, client = _served()
     requests = Made(S1.requests, of=client)
@@ -188,7 +188,7 @@ class L7Again(StandardRule, phase=Phase.disappearing, middleware="ros2"):
 
 
 class L7Late(StandardRule, phase=Phase.disappearing, middleware="ros2"):
-    """A request whose client has given up is gone with the server."""
+    """A request whose client has given up is discarded when its server leaves."""
 
     service = Node(sym.ServiceChannel)
     server = Node(sym.NodeNet, of=Home(service.server.entry))
@@ -236,7 +236,7 @@ class L7Unanswered(StandardRule, phase=Phase.disappearing, middleware="ros2"):
 
 
 class L7Answered(StandardRule, phase=Phase.disappearing, middleware="ros2"):
-    """None of that is left when the server is configured again."""
+    """No instance works on a request when the server is configured again."""
 
     service = Node(sym.ServiceChannel)
     server = Node(sym.NodeNet, of=Home(service.server.entry))
@@ -250,7 +250,7 @@ class L7Answered(StandardRule, phase=Phase.disappearing, middleware="ros2"):
 
 
 class L7Emptied(StandardRule, phase=Phase.disappearing, middleware="ros2"):
-    """Nor is anything in its history."""
+    """The request history of a server is empty when the server is configured again."""
 
     service = Node(sym.ServiceChannel)
     server = Node(sym.NodeNet, of=Home(service.server.entry))

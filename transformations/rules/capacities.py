@@ -31,7 +31,7 @@ class B1(StandardRule, phase=Phase.bounds):
 
 
 class B2(StandardRule, phase=Phase.bounds, middleware="ros2"):
-    """Messages that wait to be published: `publish` hands each over at once, so those of one firing."""
+    """Messages that wait to be published: at most those of one firing, since `publish` sends them at once."""
 
     port = Node(sym.PublisherPort)
     publication = Made(Publication, of=port)
@@ -46,7 +46,7 @@ class B2(StandardRule, phase=Phase.bounds, middleware="ros2"):
 
 
 class B2Ask(StandardRule, phase=Phase.bounds, middleware="ros2"):
-    """Requests that wait to be sent: a client that does not wait hands each over at once."""
+    """Requests that wait to be sent; a client that does not wait sends each one at once."""
 
     client = Node(sym.ClientPort, outstanding=calls.UNLIMITED)
     request = Node(pn.Place, of=client.request)
@@ -61,7 +61,7 @@ class B2Ask(StandardRule, phase=Phase.bounds, middleware="ros2"):
 
 
 class B2Goal(StandardRule, phase=Phase.bounds, middleware="ros2"):
-    """Goals that wait to be sent: a client that does not wait hands each over at once, too."""
+    """Goals that wait to be sent; a client that does not wait sends each one at once."""
 
     client = Node(sym.ActionClientPort, outstanding=calls.UNLIMITED)
     goal = Node(pn.Place, of=client.goal)
@@ -74,7 +74,7 @@ class B2Goal(StandardRule, phase=Phase.bounds, middleware="ros2"):
 
 
 class B3(StandardRule, phase=Phase.bounds, middleware="ros2", times=False):
-    """Messages in hand: what a node has taken and not worked on, where something takes it."""
+    """Messages that a node has taken and not yet processed, if something takes them."""
 
     port = Node(sym.SubscriberPort)
     sink = Node(pn.Place, of=port.place)
@@ -93,7 +93,7 @@ class B3(StandardRule, phase=Phase.bounds, middleware="ros2", times=False):
 
 
 class B3Runs(StandardRule, phase=Phase.bounds, middleware="ros2", times=True):
-    """Where times count, each run of a callback has its message in hand while it works."""
+    """With times, each run of a callback holds its message while it works."""
 
     port = Node(sym.SubscriberPort)
     sink = Node(pn.Place, of=port.place)
@@ -112,7 +112,7 @@ class B3Runs(StandardRule, phase=Phase.bounds, middleware="ros2", times=True):
 
 
 class B1Begin(StandardRule, phase=Phase.wiring, middleware="ros2", times=True):
-    """Where times count, a timer's callback begins only if a place has the room that its first step needs."""
+    """With times, a timer's callback begins only if a place has the room that its first step needs."""
 
     page = Node(sym.CallbackPage, kind="timer")
     move = Node(pn.Transition, of=Beginnings(page))

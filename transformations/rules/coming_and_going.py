@@ -89,7 +89,7 @@ class L4Deliver(StandardRule, phase=Phase.appearing, middleware="ros2"):
 
 
 class L4Settled(StandardRule, phase=Phase.appearing, middleware="ros2"):
-    """A node leaves when what was written for it while it was there has come to the writer's history.
+    """A node leaves only after all messages written for it while it was there are in the history.
 
     So each message that is missed was written while its reader was not there.
     """
@@ -106,7 +106,7 @@ class L4Settled(StandardRule, phase=Phase.appearing, middleware="ros2"):
 
 
 class L4SettledKept(StandardRule, phase=Phase.appearing, middleware="ros2"):
-    """Where a late reader gets it, only a node that is shut down waits for that."""
+    """If a late reader gets the message, only a node that is shut down waits for that."""
 
     writer = Node(sym.PublisherPort)
     reader = Node(sym.SubscriberPort)
@@ -186,7 +186,7 @@ class L4Written(StandardRule, phase=Phase.appearing, middleware="ros2"):
 
 
 class L4Read(StandardRule, phase=Phase.appearing, middleware="ros2"):
-    """So is a history for a reader of it, of another node, where a late one gets nothing of it."""
+    """A history that keeps nothing for a late reader is empty when the reader's node is configured."""
 
     writer = Node(sym.PublisherPort)
     reader = Node(sym.SubscriberPort)
@@ -279,7 +279,7 @@ class L5(StandardRule, phase=Phase.disappearing, middleware="ros2"):
 
 
 class L5Replace(StandardRule, phase=Phase.disappearing, middleware="ros2"):
-    """Where there is no more room, a new message takes that of the oldest that is delivered."""
+    """In a full history, a new message replaces the oldest one that is delivered."""
 
     channel, writer, reader = topic_with_ports()
     written = Made(R2.written, of=[writer, reader])
@@ -296,7 +296,7 @@ class L5Replace(StandardRule, phase=Phase.disappearing, middleware="ros2"):
 
 
 class L5ReplaceFinalized(StandardRule, phase=Phase.disappearing, middleware="ros2"):
-    """Not for one that is shut down."""
+    """No message is replaced for a reader that is shut down."""
 
     writer = Node(sym.PublisherPort)
     reader = Node(sym.SubscriberPort)
@@ -308,7 +308,7 @@ class L5ReplaceFinalized(StandardRule, phase=Phase.disappearing, middleware="ros
 
 
 class L5Again(StandardRule, phase=Phase.disappearing, middleware="ros2"):
-    """A reader that comes again gets again what its writer keeps."""
+    """A reader that is configured again receives again what its writer keeps."""
 
     channel, writer, reader = topic_with_ports()
     node = Node(sym.NodeNet, of=ancestor(reader.place, sym.NodeNet))
@@ -322,7 +322,7 @@ class L5Again(StandardRule, phase=Phase.disappearing, middleware="ros2"):
 
 
 class L5Forget(StandardRule, phase=Phase.disappearing, middleware="ros2"):
-    """A writer that goes keeps nothing."""
+    """A writer that leaves keeps nothing."""
 
     channel, writer, reader = topic_with_ports()
     node = Node(sym.NodeNet, of=Home(writer.place))

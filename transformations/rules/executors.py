@@ -113,7 +113,7 @@ class E2(StandardRule, phase=Phase.beginnings, middleware="ros2"):
 
 
 class E2Default(StandardRule, phase=Phase.beginnings, middleware="ros2"):
-    """So does the group of the callbacks and clients that name none."""
+    """The group of callbacks and clients that name no group runs one callback at a time, too."""
 
     node = Node(sym.NodeNet, execution="callbacks")
 
@@ -209,7 +209,7 @@ class E3Exclusive(StandardRule, phase=Phase.exclusion, middleware="ros2"):
 
 
 class E4(StandardRule, phase=Phase.endings, middleware="ros2"):
-    """A callback ends with the transitions that nothing of it comes after."""
+    """A callback ends with its transitions that no other one of the callback follows."""
 
     page = Node(sym.CallbackPage)
     end = Node(pn.Transition, of=Ends(page))
@@ -232,7 +232,7 @@ class E4Reply(StandardRule, phase=Phase.endings, middleware="ros2"):
 
 
 class E4Exclusive(StandardRule, phase=Phase.exclusion, middleware="ros2"):
-    """A callback that ends gives it back."""
+    """A callback that ends releases the lock of its exclusive group."""
 
     page = Node(sym.CallbackPage)
     ending = Made(Ending, of=page)
@@ -242,7 +242,7 @@ class E4Exclusive(StandardRule, phase=Phase.exclusion, middleware="ros2"):
 
 
 class E3OnceExclusive(StandardRule, phase=Phase.exclusion, middleware="ros2"):
-    """Where it is in an exclusive group, none of that group may run."""
+    """A timer's callback of a single transition needs the lock of its exclusive group to be free."""
 
     page = Node(sym.CallbackPage)
     start = Made(Start, of=page)
@@ -255,7 +255,7 @@ class E3OnceExclusive(StandardRule, phase=Phase.exclusion, middleware="ros2"):
 
 
 class E5(StandardRule, phase=Phase.exclusion, middleware="ros2"):
-    """A response is taken between callbacks, by a thread that is free."""
+    """A free thread takes a response between callbacks."""
 
     client = Node(sym.ClientPort)
     t_res = Made(S1.t_res, of=client)
@@ -267,7 +267,7 @@ class E5(StandardRule, phase=Phase.exclusion, middleware="ros2"):
 
 
 class E5Exclusive(StandardRule, phase=Phase.exclusion, middleware="ros2"):
-    """Where the client is in an exclusive group, while no callback of that group runs."""
+    """A response is taken while the client's exclusive group is free."""
 
     client = Node(sym.ClientPort)
     t_res = Made(S1.t_res, of=client)
@@ -279,7 +279,7 @@ class E5Exclusive(StandardRule, phase=Phase.exclusion, middleware="ros2"):
 
 
 class E6(StandardRule, phase=Phase.beginnings, middleware="ros2"):
-    """A response that has a callback of its own begins it, on a thread, and in a group if it names one."""
+    """A response begins its own callback, if it has one, on a thread and in the group that it names."""
 
     client = Node(sym.ClientPort)
     page = Node(sym.CallbackPage, of=Callback(client.response))
@@ -292,7 +292,7 @@ class E6(StandardRule, phase=Phase.beginnings, middleware="ros2"):
 
 
 class E6Exclusive(StandardRule, phase=Phase.exclusion, middleware="ros2"):
-    """The client's exclusive group must be free, too, if that callback is in none, or in another one."""
+    """A response that begins a callback outside of the client's exclusive group needs that group, too."""
 
     client = Node(sym.ClientPort)
     page = Node(sym.CallbackPage, of=Callback(client.response))
@@ -305,7 +305,7 @@ class E6Exclusive(StandardRule, phase=Phase.exclusion, middleware="ros2"):
 
 
 class E7(StandardRule, phase=Phase.exclusion, middleware="ros2"):
-    """How often a callback awaits a response."""
+    """How many runs of a callback await a response."""
 
     page = Node(sym.CallbackPage, awaits=True)
     running = Made(E3.running, of=page)

@@ -174,7 +174,7 @@ class R3Room(StandardRule, phase=Phase.publications, middleware="ros2", times=Fa
 
 
 class R3RoomManaged(StandardRule, phase=Phase.publications, middleware="ros2", times=True):
-    """So it is for a node that comes and goes, whose histories are emptied."""
+    """One message at a time arrives at a node that comes and goes."""
 
     channel = Node(sym.TopicChannel)
     reader = Node(sym.SubscriberPort, channel=channel)
@@ -195,7 +195,7 @@ class R2Room(StandardRule, phase=Phase.publications, middleware="ros2", times=Fa
 
 
 class R2RoomManaged(StandardRule, phase=Phase.publications, middleware="ros2", times=True):
-    """So it is from or to a node that comes and goes."""
+    """One published message at a time is written if a node at one end comes and goes."""
 
     channel, writer, reader = topic_with_ports()
     written = Made(R2.written, of=[writer, reader])
@@ -206,7 +206,7 @@ class R2RoomManaged(StandardRule, phase=Phase.publications, middleware="ros2", t
 
 
 class R2RoomOpen(StandardRule, phase=Phase.publications, middleware="ros2", times=True):
-    """So it is, too, if nothing bounds how many messages are published in no time."""
+    """One published message at a time is written if nothing bounds how many are published in no time."""
 
     channel, writer, reader = topic_with_ports()
     written = Made(R2.written, of=[writer, reader])
@@ -217,7 +217,7 @@ class R2RoomOpen(StandardRule, phase=Phase.publications, middleware="ros2", time
 
 
 class R1(StandardRule, phase=Phase.publications, middleware="ros2"):
-    """Each publisher port writes to all its histories at once; where there is none, its message is gone."""
+    """A publisher port writes to all its histories at once; without a history, the message is discarded."""
 
     channel = Node(sym.TopicChannel)
     writer = Node(sym.PublisherPort, channel=channel)

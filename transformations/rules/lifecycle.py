@@ -256,7 +256,7 @@ class L1Thread(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
 
 
 class L1Exclusive(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
-    """It is served while no callback of the node's default group runs."""
+    """A change of state is served while no callback of the node's default group runs."""
 
     node = Node(sym.NodeNet)
     change = Made(StateChange, of=node)
@@ -329,7 +329,7 @@ class WorkingNode(Pattern):
 
 
 class L3(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
-    """Nothing of a node's net happens before it is configured, or active where it pauses."""
+    """No transition of a node fires before the node is configured, or active if it pauses while inactive."""
 
     move = Node(pn.Transition)
     on = WorkingNode(move, "net")
@@ -338,7 +338,7 @@ class L3(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
 
 
 class L3Begin(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
-    """Of a node that runs callbacks, no timer's callback begins."""
+    """No timer's callback of a managed node begins before the node is configured or active."""
 
     page = Node(sym.CallbackPage)
     start = Made(Start, of=page)
@@ -348,7 +348,7 @@ class L3Begin(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
 
 
 class L3Outside(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
-    """Nor does anything happen outside of its callbacks."""
+    """No transition outside of the callbacks of a managed node fires before it is configured or active."""
 
     move = Node(pn.Transition)
     on = WorkingNode(move, "callbacks")
@@ -360,7 +360,7 @@ class L3Outside(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
 
 
 class L3Tick(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
-    """No timer of it ticks."""
+    """No timer of a managed node ticks before the node is configured."""
 
     page = Node(sym.CallbackPage, kind="timer")
     node = Node(sym.NodeNet, of=ancestor(page, sym.NodeNet))
@@ -371,7 +371,7 @@ class L3Tick(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
 
 
 class L3Take(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
-    """It takes no message."""
+    """A managed node takes no message before it is configured."""
 
     reader = Node(sym.SubscriberPort)
     node = Node(sym.NodeNet, of=ancestor(reader.place, sym.NodeNet))
@@ -382,7 +382,7 @@ class L3Take(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
 
 
 class L3Serve(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
-    """It takes no request."""
+    """A managed node takes no request before it is configured."""
 
     service = Node(sym.ServiceChannel)
     instance = Index(upto=instances(service))
@@ -395,7 +395,7 @@ class L3Serve(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
 
 
 class L3Answer(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
-    """It answers none."""
+    """A managed node sends no response before it is configured."""
 
     service = Node(sym.ServiceChannel)
     instance = Index(upto=instances(service))
@@ -408,7 +408,7 @@ class L3Answer(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
 
 
 class L3Ask(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
-    """It asks for nothing, and takes no response."""
+    """A managed node sends no request and takes no response before it is configured."""
 
     client = Node(sym.ClientPort)
     node = Node(sym.NodeNet, of=ancestor(client.request, sym.NodeNet))
@@ -420,7 +420,7 @@ class L3Ask(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
 
 
 class L3GiveUp(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
-    """Nor does it give anything up."""
+    """A client of a managed node does not give up before the node is configured."""
 
     client = Node(sym.ClientPort)
     node = Node(sym.NodeNet, of=ancestor(client.request, sym.NodeNet))

@@ -229,7 +229,7 @@ class R6(StandardRule, phase=Phase.services, middleware="ros2"):
 
 
 class R6Client(StandardRule, phase=Phase.services, middleware="ros2"):
-    """A full history may forget a late request, instead of losing the one that comes."""
+    """A full history may discard a late request instead of losing the one that comes."""
 
     service, client = service_with_client()
     late = Made(R6.late, of=service)
@@ -257,7 +257,7 @@ class R6Client(StandardRule, phase=Phase.services, middleware="ros2"):
 
 
 class R6Late(StandardRule, phase=Phase.services, middleware="ros2"):
-    """An instance may work for a client that no longer waits; its answer goes nowhere."""
+    """An instance may work for a client that no longer waits; its response is discarded."""
 
     service = Node(sym.ServiceChannel)
     instance = Index(upto=instances(service))
@@ -341,7 +341,7 @@ class StopsWaiting(AbandonedCall):
 
 
 class R7(StandardRule, phase=Phase.services, middleware="ros2"):
-    """A client with a time-out gives up what waits for the server, is lost, or is answered and on its way."""
+    """A client with a time-out may give up a request that waits, is lost, or has a response on its way."""
 
     service, client = service_with_client()
     ready = Made(S1.ready, of=client)
@@ -374,7 +374,7 @@ class R7Instance(StandardRule, phase=Phase.services, middleware="ros2"):
 
 
 class R7Sent(StandardRule, phase=Phase.services, middleware="ros2"):
-    """A client that sends again until it is answered gives up while the server is not there, too."""
+    """A client that repeats a request until it gets a response may also give up while the server is away."""
 
     service, client = service_with_client()
     ready = Made(S1.ready, of=client)

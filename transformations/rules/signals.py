@@ -125,7 +125,7 @@ class I5ValuesInputEnabled(StandardRule, phase=Phase.signals, signals=("input-en
 
 
 class I6InputEnabled(StandardRule, phase=Phase.signals, signals=("input-enabled", "io-enabled")):
-    """They may fire while all inputs of the transition are marked."""
+    """The changes of a signal may fire while all inputs of the transition are marked."""
 
     transition = Node(sym.Transition)
     signal = Node(sym.InputSignal, of=transition.clause.disjunctions.literals.signal)
@@ -143,7 +143,7 @@ class I6InputEnabled(StandardRule, phase=Phase.signals, signals=("input-enabled"
 
 
 class I6ValuesInputEnabled(StandardRule, phase=Phase.signals, signals=("input-enabled", "io-enabled")):
-    """They may fire while all inputs of the transition are marked."""
+    """The changes of a signal with values may fire while all inputs of the transition are marked."""
 
     transition = Node(sym.Transition)
     signal = Node(sym.InputSignal, of=transition.clause.disjunctions.literals.signal)
@@ -158,7 +158,7 @@ class I6ValuesInputEnabled(StandardRule, phase=Phase.signals, signals=("input-en
 
 
 class I5IoEnabled(StandardRule, phase=Phase.signals, signals=("io-enabled",)):
-    """In addition, a second pair of transitions for the outputs."""
+    """A signal also changes by a second pair of transitions, for the outputs."""
 
     transition = Node(sym.Transition)
     signal = Node(sym.InputSignal, of=transition.clause.disjunctions.literals.signal)
@@ -174,7 +174,7 @@ class I5IoEnabled(StandardRule, phase=Phase.signals, signals=("io-enabled",)):
 
 
 class I5ValuesIoEnabled(StandardRule, phase=Phase.signals, signals=("io-enabled",)):
-    """In addition, second transitions for the outputs."""
+    """A signal with values also changes by second transitions, for the outputs."""
 
     transition = Node(sym.Transition)
     signal = Node(sym.InputSignal, of=transition.clause.disjunctions.literals.signal)

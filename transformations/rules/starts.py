@@ -35,7 +35,7 @@ class C1Start(StandardRule, phase=Phase.beginnings, middleware="ros2", times=Fal
 
 
 class C1StartEngine(StandardRule, phase=Phase.beginnings, middleware="ros2", times=True):
-    """So it does, with times, in a node that runs an engine."""
+    """With times, the callback of a timer starts with its first transition in a node with an engine, too."""
 
     page = Node(sym.CallbackPage, kind="timer")
     move = Node(pn.Transition, of=Beginnings(page))
@@ -46,7 +46,7 @@ class C1StartEngine(StandardRule, phase=Phase.beginnings, middleware="ros2", tim
 
 
 class D2Start(StandardRule, phase=Phase.beginnings, middleware="ros2", times=True):
-    """Where times count, an executor starts a callback at once; its first transition comes when it may."""
+    """With times, an executor starts a callback at once; the first transition may fire later."""
 
     page = Node(sym.CallbackPage, kind="timer")
     move = Node(pn.Transition, of=Beginnings(page))
@@ -60,7 +60,7 @@ class D2Start(StandardRule, phase=Phase.beginnings, middleware="ros2", times=Tru
 
 
 class D2Needs(StandardRule, phase=Phase.beginnings, middleware="ros2", times=True):
-    """It starts only if its first transition is enabled, and takes the tokens which that one needs."""
+    """A callback starts only if its first transition is enabled, and reserves the tokens for it."""
 
     page = Node(sym.CallbackPage, kind="timer")
     move = Node(pn.Transition, of=Beginnings(page))

@@ -25,7 +25,7 @@ class C1(StandardRule, phase=Phase.beginnings, middleware="ros2"):
 
 
 class C1Begins(StandardRule, phase=Phase.beginnings, middleware="ros2"):
-    """Its callback begins by taking that."""
+    """The callback of a timer begins by taking the timer's token."""
 
     page = Node(sym.CallbackPage, kind="timer")
     idle = Made(C1.idle, of=page)

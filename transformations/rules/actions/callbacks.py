@@ -38,7 +38,7 @@ class E3Accept(StandardRule, phase=Phase.beginnings, middleware="ros2"):
 
 
 class E3AcceptAwaiting(StandardRule, phase=Phase.beginnings, middleware="ros2"):
-    """Where it awaits, a thread is needed to accept the goal."""
+    """A goal that is worked on by a callback that awaits is accepted only if a thread is free."""
 
     served = SlotCallback()
     accept = Made(A2.accept, of=[served.action, served.slot])
@@ -60,7 +60,7 @@ class E3AcceptExclusive(StandardRule, phase=Phase.beginnings, middleware="ros2")
 
 
 class E3Step(StandardRule, phase=Phase.beginnings, middleware="ros2"):
-    """Each step of what works on a goal and awaits needs a thread."""
+    """Each step of a callback that works on a goal and awaits needs a thread."""
 
     page = Node(sym.CallbackPage)
     move = Node(pn.Transition, of=Steps(page))
@@ -80,7 +80,7 @@ class E4End(StandardRule, phase=Phase.endings, middleware="ros2"):
 
 
 class E5Serve(StandardRule, phase=Phase.exclusion, middleware="ros2"):
-    """Goals are refused, and requests to cancel taken, by a thread that is free."""
+    """A free thread refuses goals and takes requests to cancel."""
 
     served = SlotCallback(upto=1)
     taken = Made(Taken, of=served.action)
@@ -90,7 +90,7 @@ class E5Serve(StandardRule, phase=Phase.exclusion, middleware="ros2"):
 
 
 class E5ServeExclusive(StandardRule, phase=Phase.exclusion, middleware="ros2"):
-    """And while no callback of the server's exclusive group runs."""
+    """Goals are refused, and requests to cancel taken, while the server's exclusive group is free."""
 
     served = SlotCallback(upto=1)
     taken = Made(Taken, of=served.action)
@@ -100,7 +100,7 @@ class E5ServeExclusive(StandardRule, phase=Phase.exclusion, middleware="ros2"):
 
 
 class E5Answer(StandardRule, phase=Phase.exclusion, middleware="ros2"):
-    """Results, refusals and feedback are taken between callbacks, by a thread that is free."""
+    """A free thread takes results, refusals and feedback between callbacks."""
 
     client = Node(sym.ActionClientPort)
     heard = Made(Heard, of=client)
@@ -112,7 +112,7 @@ class E5Answer(StandardRule, phase=Phase.exclusion, middleware="ros2"):
 
 
 class E5AnswerExclusive(StandardRule, phase=Phase.exclusion, middleware="ros2"):
-    """Where the client is in an exclusive group, while no callback of that group runs."""
+    """Results, refusals and feedback are taken while the client's exclusive group is free."""
 
     client = Node(sym.ActionClientPort)
     heard = Made(Heard, of=client)
@@ -124,7 +124,7 @@ class E5AnswerExclusive(StandardRule, phase=Phase.exclusion, middleware="ros2"):
 
 
 class E6Answer(StandardRule, phase=Phase.beginnings, middleware="ros2"):
-    """A step that has its own callback begins it."""
+    """A result, refusal or feedback begins its own callback, if it has one."""
 
     client = Node(sym.ActionClientPort)
     heard = Made(Heard, of=client)
@@ -137,7 +137,7 @@ class E6Answer(StandardRule, phase=Phase.beginnings, middleware="ros2"):
 
 
 class E6AnswerExclusive(StandardRule, phase=Phase.exclusion, middleware="ros2"):
-    """The client's exclusive group must be free, too, if that callback is in another one."""
+    """A message of an action that begins a callback outside of the client's group needs that group, too."""
 
     client = Node(sym.ActionClientPort)
     heard = Made(Heard, of=client)
@@ -150,7 +150,7 @@ class E6AnswerExclusive(StandardRule, phase=Phase.exclusion, middleware="ros2"):
 
 
 class E7Send(StandardRule, phase=Phase.exclusion, middleware="ros2"):
-    """A callback that awaits its goal gives its thread back when it sends it."""
+    """A callback that awaits its goal gives its thread back when it sends the goal."""
 
     client = Node(sym.ActionClientPort)
     page = Node(sym.CallbackPage, of=Callback(client.goal))
@@ -163,7 +163,7 @@ class E7Send(StandardRule, phase=Phase.exclusion, middleware="ros2"):
 
 
 class E7Answer(StandardRule, phase=Phase.exclusion, middleware="ros2"):
-    """It takes one when it continues with the answer."""
+    """A callback that has awaited its goal takes a thread when it continues with the answer."""
 
     client = Node(sym.ActionClientPort)
     heard = Made(Heard, of=client)

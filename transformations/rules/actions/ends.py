@@ -88,7 +88,7 @@ class A4(StandardRule, phase=Phase.outcomes):
 
 
 class A4Late(StandardRule, phase=Phase.outcomes):
-    """So does one that is to be canceled, where the request comes too late."""
+    """A goal that is executing also ends if a request to cancel it comes too late."""
 
     goal = CanceledGoal()
     asked = Made(A7Ask.asked, of=[goal.action, goal.slot])
@@ -106,7 +106,7 @@ class A4Late(StandardRule, phase=Phase.outcomes):
 
 
 class A4Cancel(StandardRule, phase=Phase.outcomes):
-    """One whose server knows of the request ends in any way, once the request has been taken note of."""
+    """A goal whose server knows of a cancel request may end in any way, once the request is handled."""
 
     goal = CanceledGoal()
     canceling = Made(A7Cancel.canceling, of=[goal.action, goal.slot])
@@ -117,7 +117,7 @@ class A4Cancel(StandardRule, phase=Phase.outcomes):
 
 
 class A4Unheeded(StandardRule, phase=Phase.outcomes):
-    """It ends although the server never reacted to the request, which goes with its goal."""
+    """A goal ends although its server never reacted to the cancel request; the request is discarded."""
 
     goal = CanceledGoal()
     noted = Node(pn.Place, of=image(goal.action.server.cancel, goal.page))

@@ -78,7 +78,7 @@ class A5Tell(StandardRule, phase=Phase.outcomes):
 
 
 class A5Room(StandardRule, phase=Phase.rooms):
-    """Feedback that waits to be published; it is handed over at once, so it is that of one firing."""
+    """Feedback that waits to be published: at most that of one firing, since it is sent at once."""
 
     served = SlotPage()
     source = Node(pn.Place, of=image(served.action.server.feedback, served.page))
@@ -106,7 +106,7 @@ class A5First(StandardRule, phase=Phase.rooms):
 
 
 class A5Hand(StandardRule, phase=Phase.rooms):
-    """Feedback in hand: what a client has taken and not worked on, where something takes it."""
+    """Feedback that a client has taken and not yet processed, if something takes it."""
 
     action, client = action_with_client()
     sink = Node(pn.Place, of=client.feedback)

@@ -97,7 +97,7 @@ class A1(StandardRule, phase=Phase.goals):
 
 
 class A1Result(StandardRule, phase=Phase.goals):
-    """The results of one kind, which a client takes."""
+    """A client takes the results of one kind."""
 
     action, client = action_with_client()
     exit = Node(pn.Place, of=Exits(action.server))
@@ -114,7 +114,7 @@ class A1Result(StandardRule, phase=Phase.goals):
 
 
 class A1Fetch(StandardRule, phase=Phase.goals):
-    """They go to the place of the client, where it names one; otherwise no client fetches them."""
+    """Results go to the place that the client names for them; without one, no client fetches them."""
 
     action, client = action_with_client()
     exit = Node(pn.Place, of=Exits(action.server))
@@ -175,7 +175,7 @@ class A2Reject(StandardRule, phase=Phase.goals):
 
 
 class A2Tell(StandardRule, phase=Phase.goals):
-    """It puts a token on a place of its node, if it names one."""
+    """A refusal puts a token on a place of the client, if the client names one."""
 
     client = Node(sym.ActionClientPort)
     rejected = Node(pn.Place, of=client.rejected)
@@ -206,7 +206,7 @@ class A3(StandardRule, phase=Phase.goals):
 
 
 class A3Again(StandardRule, phase=Phase.goals):
-    """That it asks again changes nothing."""
+    """A second request to cancel the same goal changes nothing."""
 
     action, client = action_with_client()
     wish = Node(pn.Place, of=client.cancel)
@@ -226,7 +226,7 @@ class A3Again(StandardRule, phase=Phase.goals):
 
 
 class A3Nothing(StandardRule, phase=Phase.goals):
-    """A request to cancel is gone where the client has no goal under way."""
+    """A request to cancel is discarded if the client has no goal under way."""
 
     action, client = action_with_client()
     wish = Node(pn.Place, of=client.cancel)
@@ -248,7 +248,7 @@ class A3Nothing(StandardRule, phase=Phase.goals):
 
 
 class A3Former(StandardRule, phase=Phase.goals):
-    """A client that does not wait may refer to a goal that is over or not yet accepted."""
+    """A client that does not wait may ask to cancel a goal that is over or not yet accepted."""
 
     action = Node(sym.ActionChannel)
     client = Node(sym.ActionClientPort, channel=action, outstanding=UNLIMITED)
@@ -268,7 +268,7 @@ class A3Former(StandardRule, phase=Phase.goals):
 
 
 class A3Over(StandardRule, phase=Phase.goals):
-    """So it is where the goal is over, and its client does not know that yet."""
+    """A client may ask to cancel a goal that is over before it knows that."""
 
     action, client = action_with_client()
     wish = Node(pn.Place, of=client.cancel)
@@ -290,7 +290,7 @@ class A3Over(StandardRule, phase=Phase.goals):
 
 
 class A3Hear(StandardRule, phase=Phase.outcomes):
-    """The server learns that a goal is to be canceled, and lets what works on it know."""
+    """The server takes a request to cancel a goal, and informs the callback that works on the goal."""
 
     served = SlotPage()
     noted = Node(pn.Place, of=image(served.action.server.cancel, served.page))
@@ -309,7 +309,7 @@ class A3Hear(StandardRule, phase=Phase.outcomes):
 
 
 class A3Refuse(StandardRule, phase=Phase.outcomes):
-    """A server that has no place for that refuses, and the goal continues."""
+    """A server without a place for cancel requests refuses them, and the goal continues."""
 
     action = Node(sym.ActionChannel)
     server = Node(sym.ActionServerPort, channel=action)

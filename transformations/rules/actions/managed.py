@@ -19,7 +19,7 @@ from dineros.transformations.rules.phases import Phase, StandardRule
 
 
 class L3Accept(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
-    """It accepts no goal."""
+    """A server accepts no goal before its node is configured."""
 
     served = SlotPage()
     node = Node(sym.NodeNet, of=ancestor(served.page, sym.NodeNet))
@@ -30,7 +30,7 @@ class L3Accept(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
 
 
 class L3Goal(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
-    """It refuses none, and takes no request to cancel."""
+    """A server refuses no goal and takes no request to cancel before its node is configured."""
 
     served = SlotPage(upto=1)
     node = Node(sym.NodeNet, of=ancestor(served.page, sym.NodeNet))
@@ -41,7 +41,7 @@ class L3Goal(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
 
 
 class L3Tell(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
-    """It gives no feedback."""
+    """A server sends no feedback before its node is configured."""
 
     served = SlotPage()
     node = Node(sym.NodeNet, of=ancestor(served.page, sym.NodeNet))
@@ -52,7 +52,7 @@ class L3Tell(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
 
 
 class L3End(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
-    """It ends no goal."""
+    """A server ends no goal before its node is configured."""
 
     served = SlotPage()
     node = Node(sym.NodeNet, of=ancestor(served.page, sym.NodeNet))
@@ -63,7 +63,7 @@ class L3End(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
 
 
 class L3Send(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
-    """It sends no goal."""
+    """A client sends no goal before its node is configured."""
 
     client = Node(sym.ActionClientPort)
     node = Node(sym.NodeNet, of=ancestor(client.goal, sym.NodeNet))
@@ -74,7 +74,7 @@ class L3Send(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
 
 
 class L3Wish(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
-    """It asks to cancel none."""
+    """A client asks to cancel no goal before its node is configured."""
 
     client = Node(sym.ActionClientPort)
     node = Node(sym.NodeNet, of=ancestor(client.goal, sym.NodeNet))
@@ -85,7 +85,7 @@ class L3Wish(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
 
 
 class L3Hear(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
-    """It takes no answer and no feedback."""
+    """A client takes no answer and no feedback before its node is configured."""
 
     client = Node(sym.ActionClientPort)
     node = Node(sym.NodeNet, of=ancestor(client.goal, sym.NodeNet))
@@ -121,7 +121,7 @@ class L4Feedback(StandardRule, phase=Phase.appearing, middleware="ros2"):
 
 
 class L4FeedbackCleared(StandardRule, phase=Phase.appearing, middleware="ros2"):
-    """There is none when its node is configured."""
+    """No feedback waits at a client when its node is configured."""
 
     client = Node(sym.ActionClientPort)
     node = Node(sym.NodeNet, of=ancestor(client.goal, sym.NodeNet))

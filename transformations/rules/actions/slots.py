@@ -99,7 +99,7 @@ class A7(StandardRule, phase=Phase.goals):
 
 
 class A7Ask(StandardRule, phase=Phase.goals):
-    """Whether a request to cancel its goal is under way, where a client may ask."""
+    """Whether a request to cancel the goal of a slot is under way, if a client may ask."""
 
     served = Slot()
 
@@ -114,7 +114,7 @@ class A7Ask(StandardRule, phase=Phase.goals):
 
 
 class A7Cancel(StandardRule, phase=Phase.goals):
-    """Whether its goal is to be canceled, where the server lets that happen, which it learns once."""
+    """Whether the goal of a slot is to be canceled, if the server allows that; the server learns it once."""
 
     served = SlotPage()
     noted = Node(pn.Place, of=image(served.action.server.cancel, served.page))

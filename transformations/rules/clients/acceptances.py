@@ -61,7 +61,7 @@ class A9Accept(StandardRule, phase=Phase.outcomes):
 
 
 class A9Once(StandardRule, phase=Phase.outcomes):
-    """With one goal under way, there is one such answer at most."""
+    """A client with one goal under way has at most one acceptance waiting."""
 
     client = Node(sym.ActionClientPort, outstanding=1)
     message = Made(Acceptance, of=client)
@@ -70,7 +70,7 @@ class A9Once(StandardRule, phase=Phase.outcomes):
 
 
 class A9Handle(StandardRule, phase=Phase.outcomes):
-    """Only then has it the handle by which it asks to cancel the goal."""
+    """A client can ask to cancel a goal only after it has received the acceptance."""
 
     client = Node(sym.ActionClientPort)
     bound = Made(A9Once.bound, of=client)
@@ -80,7 +80,7 @@ class A9Handle(StandardRule, phase=Phase.outcomes):
 
 
 class A9First(StandardRule, phase=Phase.outcomes):
-    """And the client learns of it before it takes the result, which it asks for only then."""
+    """A client receives the acceptance of a goal before it takes the result."""
 
     client = Node(sym.ActionClientPort)
     bound = Made(A9Once.bound, of=client)

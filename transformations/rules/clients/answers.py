@@ -35,7 +35,7 @@ class HearsAnswers(Query):
 
 
 class G3(StandardRule, phase=Phase.outcomes, middleware="ros2"):
-    """History of the answers to its goals, which say whether they are accepted."""
+    """History of the answers to the goals of a client that does not wait: accepted or refused."""
 
     action = Node(sym.ActionChannel)
     client = Node(sym.ActionClientPort, channel=action, outstanding=UNLIMITED)
@@ -47,7 +47,7 @@ class G3(StandardRule, phase=Phase.outcomes, middleware="ros2"):
 
 
 class G3Accepted(StandardRule, phase=Phase.outcomes, middleware="ros2"):
-    """Acceptances go through it."""
+    """Acceptances go through the history of answers."""
 
     action, client = action_with_client()
     load = Made(G3.load, of=client)
@@ -80,7 +80,7 @@ class G3Accepted(StandardRule, phase=Phase.outcomes, middleware="ros2"):
 
 
 class G3Refused(StandardRule, phase=Phase.outcomes, middleware="ros2"):
-    """So do refusals."""
+    """Refusals go through the history of answers."""
 
     action, client = action_with_client()
     load = Made(G3.load, of=client)

@@ -34,7 +34,7 @@ def _room(wish: Node) -> Expression:
 
 
 class A8(StandardRule, phase=Phase.goals):
-    """A request to cancel comes too late where the goal is refused."""
+    """A request to cancel has no effect if the goal is refused."""
 
     action, client = action_with_client()
     wish = Node(pn.Place, of=client.cancel)
@@ -56,7 +56,7 @@ class A8(StandardRule, phase=Phase.goals):
 
 
 class A8Twice(StandardRule, phase=Phase.goals):
-    """One that comes while another one waits changes nothing."""
+    """A request to cancel that comes while another one waits changes nothing."""
 
     action = Node(sym.ActionChannel)
     client = Node(sym.ActionClientPort, channel=action, outstanding=1)
@@ -76,7 +76,7 @@ class A8Twice(StandardRule, phase=Phase.goals):
 
 
 class A8Room(StandardRule, phase=Phase.rooms):
-    """So few of them wait."""
+    """The number of waiting requests to cancel is limited for a client with one goal under way."""
 
     client = Node(sym.ActionClientPort, outstanding=1)
     wish = Node(pn.Place, of=client.cancel)
@@ -85,7 +85,7 @@ class A8Room(StandardRule, phase=Phase.rooms):
 
 
 class A8Answer(StandardRule, phase=Phase.rooms):
-    """They are removed before the client receives the outcome of its goal."""
+    """Waiting requests to cancel are removed before the client receives the outcome of its goal."""
 
     client = Node(sym.ActionClientPort, outstanding=1)
     wish = Node(pn.Place, of=client.cancel)
@@ -96,7 +96,7 @@ class A8Answer(StandardRule, phase=Phase.rooms):
 
 
 class A8Send(StandardRule, phase=Phase.rooms):
-    """They are gone before the client sends its next goal."""
+    """Waiting requests to cancel are removed before the client sends its next goal."""
 
     client = Node(sym.ActionClientPort, outstanding=1)
     wish = Node(pn.Place, of=client.cancel)
@@ -107,7 +107,7 @@ class A8Send(StandardRule, phase=Phase.rooms):
 
 
 class A8More(StandardRule, phase=Phase.goals):
-    """Of a client with several goals, one is gone where there are more of them than goals under way."""
+    """A request to cancel is discarded if more of them wait than the client has goals under way."""
 
     action, client = action_with_client()
     wish = Node(pn.Place, of=client.cancel)
@@ -128,7 +128,7 @@ class A8More(StandardRule, phase=Phase.goals):
 
 
 class A8MoreRoom(StandardRule, phase=Phase.rooms):
-    """There is room for one of each goal under way, and for those of one firing."""
+    """Requests to cancel may wait: one for each goal under way, and those of one firing."""
 
     client = Node(sym.ActionClientPort)
     wish = Node(pn.Place, of=client.cancel)
@@ -139,7 +139,7 @@ class A8MoreRoom(StandardRule, phase=Phase.rooms):
 
 
 class A8MoreGone(StandardRule, phase=Phase.rooms):
-    """None is gone while no more of them wait than goals are under way."""
+    """No request to cancel is discarded while at most as many wait as goals are under way."""
 
     client = Node(sym.ActionClientPort)
     wish = Node(pn.Place, of=client.cancel)
@@ -150,7 +150,7 @@ class A8MoreGone(StandardRule, phase=Phase.rooms):
 
 
 class A8MoreAnswer(StandardRule, phase=Phase.rooms):
-    """Those of a goal are gone before the client takes its result or refusal."""
+    """Requests to cancel a goal are removed before the client takes its result or refusal."""
 
     client = Node(sym.ActionClientPort)
     wish = Node(pn.Place, of=client.cancel)
@@ -164,7 +164,7 @@ class A8MoreAnswer(StandardRule, phase=Phase.rooms):
 
 
 class A8MoreSend(StandardRule, phase=Phase.rooms):
-    """Those without a goal are gone before the client sends its next goal."""
+    """Requests to cancel that refer to no goal are removed before the client sends its next goal."""
 
     client = Node(sym.ActionClientPort)
     wish = Node(pn.Place, of=client.cancel)
@@ -178,7 +178,7 @@ class A8MoreSend(StandardRule, phase=Phase.rooms):
 
 
 class A8Any(StandardRule, phase=Phase.rooms):
-    """A client that does not wait hands each of them over at once."""
+    """A client that does not wait sends each request to cancel at once."""
 
     client = Node(sym.ActionClientPort, outstanding=calls.UNLIMITED)
     wish = Node(pn.Place, of=client.cancel)

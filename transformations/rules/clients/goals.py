@@ -97,7 +97,7 @@ def replaces(kind: QueueKind, called: str, words: str) -> Meaning:
 
 
 class G1(StandardRule, phase=Phase.goals, middleware="ros2"):
-    """History of the goals of an action that has a client which does not wait."""
+    """History of the goals of an action with a client that does not wait."""
 
     action = Node(sym.ActionChannel)
 
@@ -108,7 +108,7 @@ class G1(StandardRule, phase=Phase.goals, middleware="ros2"):
 
 
 class G1Client(StandardRule, phase=Phase.goals, middleware="ros2"):
-    """The goals of all clients go through it, and are lost where it is full."""
+    """The goals of all clients go through the history of goals; a full history loses them."""
 
     action, client = action_with_client()
     load = Made(G1.load, of=action)
@@ -140,7 +140,7 @@ class G1Client(StandardRule, phase=Phase.goals, middleware="ros2"):
 
 
 class G1Accept(StandardRule, phase=Phase.goals, middleware="ros2"):
-    """A goal that is accepted makes room."""
+    """A goal that is accepted leaves the history of goals."""
 
     action, client = action_with_client()
     slot = Index(upto=slots(action))
@@ -152,7 +152,7 @@ class G1Accept(StandardRule, phase=Phase.goals, middleware="ros2"):
 
 
 class G1Reject(StandardRule, phase=Phase.goals, middleware="ros2"):
-    """So does one that is refused."""
+    """A goal that is refused leaves the history of goals."""
 
     action, client = action_with_client()
     load = Made(G1.load, of=action)
@@ -188,7 +188,7 @@ class G2(StandardRule, phase=Phase.goals, middleware="ros2"):
 
 
 class G2Result(StandardRule, phase=Phase.goals, middleware="ros2"):
-    """Results of each kind go through it, and are lost where it is full."""
+    """Results of each kind go through the client's history of results; a full history loses them."""
 
     action, client = action_with_client()
     exit = Node(pn.Place, of=Exits(action.server))
@@ -263,7 +263,7 @@ class G2Instead(StandardRule, phase=Phase.goals, middleware="ros2"):
 
 
 class G4(StandardRule, phase=Phase.forgetting, middleware="ros2"):
-    """It is always ready, regardless of what it receives."""
+    """A client that does not wait is always ready to send a goal."""
 
     client = Node(sym.ActionClientPort, outstanding=UNLIMITED)
     ready = Made(A1.ready, of=client)
@@ -273,7 +273,7 @@ class G4(StandardRule, phase=Phase.forgetting, middleware="ros2"):
 
 
 class G4Ready(StandardRule, phase=Phase.forgetting, middleware="ros2"):
-    """It is unknown whether the server is ready."""
+    """No place counts whether a client that does not wait is ready to send a goal."""
 
     client = Node(sym.ActionClientPort, outstanding=UNLIMITED)
     counted = Made(A1.ready, of=client)

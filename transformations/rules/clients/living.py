@@ -16,7 +16,7 @@ from dineros.transformations.rules.services import S1
 
 
 class R6Live(StandardRule, phase=Phase.services, middleware="ros2"):
-    """How many of the requests in the history are of clients that wait."""
+    """How many of the requests in the history belong to clients that still wait."""
 
     service = Node(sym.ServiceChannel)
     late = Made(R6.late, of=service)
@@ -27,7 +27,7 @@ class R6Live(StandardRule, phase=Phase.services, middleware="ros2"):
 
 
 class R6Drop(StandardRule, phase=Phase.services, middleware="ros2"):
-    """A full history forgets its oldest request: one that is late, where all are."""
+    """A full history discards its oldest request: a late one, if all are late."""
 
     service, client = service_with_client()
     live = Made(R6Live.live, of=service)
@@ -37,7 +37,7 @@ class R6Drop(StandardRule, phase=Phase.services, middleware="ros2"):
 
 
 class R6Counts(StandardRule, phase=Phase.wiring, middleware="ros2"):
-    """They are counted."""
+    """Requests of clients that still wait are counted when they enter and leave the history."""
 
     service, client = service_with_client()
     live = Made(R6Live.live, of=service)

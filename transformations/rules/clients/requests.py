@@ -20,7 +20,7 @@ RESPONSES = "response history of {client} of service {service}"
 
 
 class R8(StandardRule, phase=Phase.services, middleware="ros2"):
-    """A client that does not wait has a history of responses, and no request waits on the way."""
+    """A client that does not wait has a history of responses."""
 
     service = Node(sym.ServiceChannel)
     client = Node(sym.ClientPort, channel=service, outstanding=UNLIMITED)
@@ -65,7 +65,7 @@ class R8(StandardRule, phase=Phase.services, middleware="ros2"):
 
 
 class R8GiveUp(StandardRule, phase=Phase.services, middleware="ros2"):
-    """With a time-out, it gives up what waits in that history, too."""
+    """A client that does not wait and has a time-out also gives up responses in its history."""
 
     service, client = service_with_client()
     load = Made(R8.load, of=client)
@@ -77,7 +77,7 @@ class R8GiveUp(StandardRule, phase=Phase.services, middleware="ros2"):
 
 
 class R8Place(StandardRule, phase=Phase.services, middleware="ros2"):
-    """It puts a token on a place of its node, if it names one."""
+    """A client that gives up puts a token on a place of its node, if it names one."""
 
     client = Node(sym.ClientPort)
     told = Node(pn.Place, of=client.timedOut)
@@ -87,7 +87,7 @@ class R8Place(StandardRule, phase=Phase.services, middleware="ros2"):
 
 
 class R8Always(StandardRule, phase=Phase.services, middleware="ros2"):
-    """It is always ready: neither a response nor giving up makes it so."""
+    """A client that does not wait is always ready to send a request."""
 
     client = Node(sym.ClientPort, outstanding=UNLIMITED)
     ready = Made(S1.ready, of=client)
@@ -97,7 +97,7 @@ class R8Always(StandardRule, phase=Phase.services, middleware="ros2"):
 
 
 class R8Ready(StandardRule, phase=Phase.services, middleware="ros2"):
-    """It is unknown whether the server is ready."""
+    """No place counts whether a client that does not wait is ready to send a request."""
 
     client = Node(sym.ClientPort, outstanding=UNLIMITED)
     counted = Made(S1.ready, of=client)
@@ -109,7 +109,7 @@ class R8Ready(StandardRule, phase=Phase.services, middleware="ros2"):
 
 
 class R8Forgets(StandardRule, phase=Phase.forgetting, middleware="ros2"):
-    """Without a time-out, it does not learn that a request is lost."""
+    """A client that does not wait and has no time-out does not learn that a request is lost."""
 
     client = Node(sym.ClientPort, outstanding=UNLIMITED)
     lost = Made(R5Client.lost, of=client)
@@ -120,7 +120,7 @@ class R8Forgets(StandardRule, phase=Phase.forgetting, middleware="ros2"):
 
 
 class R8Lost(StandardRule, phase=Phase.forgetting, middleware="ros2"):
-    """So nothing counts those that are."""
+    """Lost requests of a client that does not learn of them are not counted."""
 
     client = Node(sym.ClientPort, outstanding=UNLIMITED)
     counted = Made(R5Client.lost, of=client)

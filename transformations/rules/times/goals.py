@@ -38,7 +38,7 @@ class D11Send(StandardRule, phase=Phase.intervals, middleware="ros2", times=True
 
 
 class D11Accept(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
-    """A server accepts one that is on its way within its latency, if a slot and a thread are free."""
+    """A server accepts a goal within its latency if a slot and a thread are free."""
 
     action, client = action_with_client()
     slot = Index(upto=slots(action))
@@ -51,7 +51,7 @@ class D11Accept(StandardRule, phase=Phase.intervals, middleware="ros2", times=Tr
 
 
 class D11Taken(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
-    """So it refuses one, and takes a request to cancel."""
+    """A server refuses a goal, or takes a request to cancel, within its latency."""
 
     action = Node(sym.ActionChannel)
     taken = Made(Taken, of=action)
@@ -87,7 +87,7 @@ class D11End(StandardRule, phase=Phase.intervals, middleware="ros2", times=True)
 
 
 class D11Enter(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
-    """Goals, answers and results are in their histories at once; the latency is that of taking them."""
+    """Goals, answers and results enter their histories at once; the latency ends when they are taken."""
 
     action, client = action_with_client()
     queue = Made(Entrance, of=client)
@@ -101,7 +101,7 @@ class D11Enter(StandardRule, phase=Phase.intervals, middleware="ros2", times=Tru
 
 
 class D11Heard(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
-    """A client takes what is on its way to it within the latency, if a thread is free."""
+    """A client takes a message of an action within its latency if a thread is free."""
 
     action, client = action_with_client()
     heard = Made(Heard, of=client)

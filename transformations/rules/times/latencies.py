@@ -81,7 +81,7 @@ class D5Clock(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 
 
 class D5Open(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """Of messages that are published without end, one after the other arrives: none gather in no time."""
+    """Messages that are published without end arrive one at a time, so that none gather in no time."""
 
     channel, writer, reader = topic_with_ports()
     queue = Made(R2.queue, of=[writer, reader])
@@ -111,7 +111,7 @@ class D5Next(StandardRule, phase=Phase.timing, middleware="ros2", overflow="weig
 
 
 class D5Order(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """It takes the first clock that is free."""
+    """A message on its way takes the first free clock."""
 
     channel, writer, reader = topic_with_ports()
     number = Index(upto=OnTheWay(writer, reader))
@@ -123,7 +123,7 @@ class D5Order(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 
 
 class D5Hand(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """A writer that hands its messages over at once loses none while a clock is free."""
+    """A writer that sends its messages at once loses none while a clock is free."""
 
     channel, writer, reader = topic_with_ports()
     queue = Made(R2.queue, of=[writer, reader])
@@ -161,7 +161,7 @@ class D6(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 
 
 class D6History(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """So it is on its way to a request history."""
+    """A request of a client is on its way to the request history."""
 
     service, client = service_with_client()
     t_req = Made(S1.t_req, of=client)
@@ -193,7 +193,7 @@ class D6Enter(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 
 
 class D6Instead(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """So it does in the place of a request whose client has given up."""
+    """A request that has arrived enters at once in place of one whose client has given up."""
 
     client = Node(sym.ClientPort)
     instead = Made(R6Client.instead, of=client)
@@ -223,7 +223,7 @@ class D6Clock(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 
 
 class D6Order(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """It takes the first clock that is free."""
+    """A request on its way takes the first free clock."""
 
     service, client = service_with_client()
     number = Index(upto=CallsOnTheWay(client))
@@ -250,7 +250,7 @@ class D6Back(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 
 
 class D6Answer(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """Each instance sends them."""
+    """Each instance sends its responses to the client."""
 
     client = Node(sym.ClientPort)
     responses = Made(S1.responses, of=client)
@@ -264,7 +264,7 @@ class D6Answer(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 
 
 class D6BackClock(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """Each of them has a clock."""
+    """Each response on its way has a clock."""
 
     service, client = service_with_client()
     answered = Made(D6Back.answered, of=client)
@@ -283,7 +283,7 @@ class D6BackClock(StandardRule, phase=Phase.timing, middleware="ros2", times=Tru
 
 
 class D6BackOrder(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """It takes the first one that is free."""
+    """A response on its way takes the first free clock."""
 
     service, client = service_with_client()
     number = Index(upto=CallsOnTheWay(client))

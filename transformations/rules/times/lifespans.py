@@ -80,7 +80,7 @@ class D10(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 
 
 class D10Clock(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """Each age has a clock."""
+    """Each message in a reader history has a clock for its age."""
 
     channel, writer, reader = topic_with_ports()
     ages = Made(D10.ages, of=[writer, reader])
@@ -99,7 +99,7 @@ class D10Clock(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 
 
 class D10Order(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """It takes the first clock that is free."""
+    """The age of a message takes the first free clock."""
 
     channel, writer, reader = topic_with_ports()
     number = Index(upto=AgesAtOnce(writer, reader))
@@ -111,7 +111,7 @@ class D10Order(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 
 
 class D10Open(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """Where there are no clocks for ages, a message may go at any time."""
+    """Without clocks for ages, a message may leave the reader history at any time."""
 
     channel, writer, reader = topic_with_ports()
     written = Made(R2.queue, of=[writer, reader])

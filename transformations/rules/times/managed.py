@@ -23,7 +23,7 @@ class D12Discard(StandardRule, phase=Phase.timing, middleware="ros2", times=True
 
 
 class D12Abandon(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """So is one that is published while its node is not configured."""
+    """A message that is published while its node is not configured is lost at once."""
 
     abandon = Made(L2Away.abandon)
 
@@ -31,7 +31,7 @@ class D12Abandon(StandardRule, phase=Phase.timing, middleware="ros2", times=True
 
 
 class D12Said(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """A node changes its state after what it has published is on its way, or lost."""
+    """A node changes its state after the messages that it has published are on their way or lost."""
 
     channel = Node(sym.TopicChannel)
     writer = Node(sym.PublisherPort, channel=channel)
@@ -44,7 +44,7 @@ class D12Said(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 
 
 class D12Miss(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """So is a message for a reader that is not configured."""
+    """A message for a reader that is not configured is lost at once."""
 
     miss = Made(L4.miss)
 
@@ -52,7 +52,7 @@ class D12Miss(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 
 
 class D12MissKept(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """So is one that is kept for late readers, if its reader is shut down."""
+    """A message that is kept for late readers is lost at once if its reader is shut down."""
 
     miss = Made(L4Kept.miss)
 
@@ -68,7 +68,7 @@ class D12Left(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 
 
 class D12LeftKept(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """So are those that are kept for it, if it is shut down."""
+    """Messages that are kept for a late reader are lost as soon as it is shut down."""
 
     left = Made(L4LeftKept.left)
 
@@ -76,7 +76,7 @@ class D12LeftKept(StandardRule, phase=Phase.timing, middleware="ros2", times=Tru
 
 
 class D12Clear(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """So are messages in its history."""
+    """Messages in the history of a reader are lost as soon as it leaves."""
 
     gone = Made(L4Clear.gone)
     clear = Made(L4Clear.clear)
@@ -86,7 +86,7 @@ class D12Clear(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 
 
 class D12(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """A timer stops when its node leaves; when that is configured again, it starts from the beginning."""
+    """The timers of a node stop when the node leaves, and restart when it is configured again."""
 
     page = Node(sym.CallbackPage, kind="timer")
     node = Node(sym.NodeNet, of=ancestor(page, sym.NodeNet))
@@ -114,7 +114,7 @@ class D12(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 
 
 class D12Late(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """A strike that is late then does not come."""
+    """A late strike of a timer is lost when its node leaves."""
 
     page = Node(sym.CallbackPage, kind="timer")
     node = Node(sym.NodeNet, of=ancestor(page, sym.NodeNet))
@@ -147,7 +147,7 @@ class D12Again(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 
 
 class D12AgainLate(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """And when none of their strikes is late."""
+    """A node is configured when no strike of its timers is late."""
 
     page = Node(sym.CallbackPage, kind="timer")
     node = Node(sym.NodeNet, of=ancestor(page, sym.NodeNet))

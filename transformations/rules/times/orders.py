@@ -24,7 +24,7 @@ from dineros.transformations.rules.timers import C1
 
 
 class E8(StandardRule, phase=Phase.publications, middleware="ros2", times=True):
-    """An executor with an order takes one callback at a time; rules that follow change what these need."""
+    """An executor with an order takes one callback at a time; the following rules change what they need."""
 
     node = Node(sym.NodeNet)
 
@@ -37,7 +37,7 @@ class E8(StandardRule, phase=Phase.publications, middleware="ros2", times=True):
 
 
 class E8Result(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """It works off one of two sets of callbacks that are ready."""
+    """Such an executor works on one of two wait results: sets of callbacks that are ready."""
 
     node = Node(sym.NodeNet)
     chooser = Made(E8.chooser, of=node)
@@ -87,7 +87,7 @@ class Wait(Fragment):
 
 
 class E8Wait(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """It looks again when its thread is free and nothing is left; then the sets change places."""
+    """When its thread is free and the wait result is empty, the executor swaps the two sets."""
 
     node = Node(sym.NodeNet)
     chooser = Made(E8.chooser, of=node)
@@ -132,7 +132,7 @@ class Turn(Fragment):
 
 
 class E8Turn(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """Each of its callbacks is in a wait result or not."""
+    """Each callback of such an executor is in a wait result or not."""
 
     page = Node(sym.CallbackPage)
     node = Node(sym.NodeNet, of=ancestor(page, sym.NodeNet))
@@ -142,7 +142,7 @@ class E8Turn(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 
 
 class E8Begin(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """It begins when the executor takes it."""
+    """A callback begins when the executor takes it from the wait result."""
 
     page = Node(sym.CallbackPage)
     node = Node(sym.NodeNet, of=ancestor(page, sym.NodeNet))
@@ -154,7 +154,7 @@ class E8Begin(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 
 
 class E8End(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """When it has ended, it may be ready again."""
+    """A callback that has ended may be ready again."""
 
     page = Node(sym.CallbackPage)
     node = Node(sym.NodeNet, of=ancestor(page, sym.NodeNet))
@@ -242,7 +242,7 @@ class E8Timer(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 
 
 class E8TimerRests(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """One that is not due is in none."""
+    """A timer that is not due is in no wait result."""
 
     page = Node(sym.CallbackPage, kind="timer")
     node = Node(sym.NodeNet, of=ancestor(page, sym.NodeNet))
@@ -255,7 +255,7 @@ class E8TimerRests(StandardRule, phase=Phase.timing, middleware="ros2", times=Tr
 
 
 class E8Message(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """So is a subscription with a message, after all timers; its node holds one message at a time."""
+    """A subscription with a message is in the next wait result, after all timers."""
 
     reader = Node(sym.SubscriberPort)
     sink = Node(pn.Place, of=reader.place)
@@ -282,7 +282,7 @@ class E8Message(StandardRule, phase=Phase.timing, middleware="ros2", times=True)
 
 
 class E8MessageRests(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """One without is in none; nor is one whose node still holds the last message."""
+    """A subscription without a message is in no wait result, nor is one whose node holds a message."""
 
     reader = Node(sym.SubscriberPort)
     sink = Node(pn.Place, of=reader.place)

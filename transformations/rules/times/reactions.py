@@ -42,7 +42,7 @@ class D7Handled(StandardRule, phase=Phase.intervals, middleware="ros2", times=Tr
 
 
 class D7Take(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
-    """So an engine takes a message that has arrived, if it has room for it."""
+    """An engine takes a message within its node's reaction if it has room for it."""
 
     reader = Node(sym.SubscriberPort)
     node = Node(sym.NodeNet, of=ancestor(reader.place, sym.NodeNet))
@@ -57,7 +57,7 @@ class D7Take(StandardRule, phase=Phase.intervals, middleware="ros2", times=True)
 
 
 class D7Request(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
-    """So it takes a request, if requests have clocks while they are on their way, and an instance is free."""
+    """An engine takes a request within its reaction if requests have clocks and an instance is free."""
 
     service, client = service_with_client()
     node = Node(sym.NodeNet, of=Home(service.server.entry))
@@ -73,7 +73,7 @@ class D7Request(StandardRule, phase=Phase.intervals, middleware="ros2", times=Tr
 
 
 class D7Late(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
-    """So it takes a request whose client has given up."""
+    """An engine takes a request whose client has given up within its node's reaction."""
 
     service = Node(sym.ServiceChannel)
     node = Node(sym.NodeNet, of=Home(service.server.entry))
@@ -89,7 +89,7 @@ class D7Late(StandardRule, phase=Phase.intervals, middleware="ros2", times=True)
 
 
 class D7Response(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
-    """So it takes a response, if responses have clocks while they are on their way."""
+    """An engine takes a response within its node's reaction if responses have clocks."""
 
     client = Node(sym.ClientPort)
     node = Node(sym.NodeNet, of=ancestor(client.response, sym.NodeNet))

@@ -49,7 +49,7 @@ class D1(StandardRule, phase=Phase.beginnings, middleware="ros2", times=True):
 
 
 class D1Exact(StandardRule, phase=Phase.beginnings, middleware="ros2", times=True):
-    """It ticks when it strikes."""
+    """A timer without jitter ticks when it strikes."""
 
     page = Node(sym.CallbackPage, kind="timer")
     first = Made(D1.first, of=page)
@@ -62,7 +62,7 @@ class D1Exact(StandardRule, phase=Phase.beginnings, middleware="ros2", times=Tru
 
 
 class D1Late(StandardRule, phase=Phase.beginnings, middleware="ros2", times=True):
-    """With jitter, it ticks later than it strikes; the next strike does not shift."""
+    """A timer with jitter ticks later than it strikes; the next strike does not shift."""
 
     page = Node(sym.CallbackPage, kind="timer")
     first = Made(D1.first, of=page)

@@ -23,7 +23,7 @@ from dineros.transformations.rules.times.latencies import REQUEST, D6BackClock
 
 
 class D8(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """The time of a client with a time-out runs from its request on, until it has a response or gives up."""
+    """A client's time-out runs from its request until it has the response or gives up."""
 
     service, client = service_with_client()
     t_req = Made(S1.t_req, of=client)
@@ -56,7 +56,7 @@ class D8(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 
 
 class D8Back(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """It may give up while a response is on its way, which is gone then."""
+    """A client may give up while a response is on its way; the response is then discarded."""
 
     service, client = service_with_client()
     asks = Made(D8.asks, of=client)
@@ -70,7 +70,7 @@ class D8Back(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 
 
 class D8BackPlace(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """It also puts a token on a place of its node, if it names one."""
+    """A client that gives up while a response is on its way puts a token on a place of its node."""
 
     client = Node(sym.ClientPort)
     told = Node(pn.Place, of=client.timedOut)
@@ -80,7 +80,7 @@ class D8BackPlace(StandardRule, phase=Phase.timing, middleware="ros2", times=Tru
 
 
 class D8GiveUp(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """It gives up only when its time-out is over."""
+    """A client gives up only after its time-out."""
 
     client = Node(sym.ClientPort)
     asks = Made(D8.asks, of=client)
@@ -103,7 +103,7 @@ class D8Prompt(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 
 
 class D8BackPrompt(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """It does so, too, if a response is on its way."""
+    """A callback that waits gives up as soon as its time-out is over, also if a response is on its way."""
 
     client = Node(sym.ClientPort)
     given = Made(D8Back.give_up, of=client)
@@ -115,7 +115,7 @@ class D8BackPrompt(StandardRule, phase=Phase.timing, middleware="ros2", times=Tr
 
 
 class D8First(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """The requests of one client are taken in their order, so those that it has given up come first."""
+    """The requests of one client are taken in their order; those that it has given up come first."""
 
     service, client = service_with_client()
     late = Made(R6.late, of=service)

@@ -47,7 +47,7 @@ class D2Take(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 
 
 class D2Serve(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """It takes a request as soon as it can, if the request is not on its way for any time."""
+    """An executor takes a request without latency as soon as it can."""
 
     client = Node(sym.ClientPort)
     call = Made(S2.t_call, of=client)
@@ -61,7 +61,7 @@ class D2Serve(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 
 
 class D2Late(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """So it takes a request whose client has given up."""
+    """An executor takes a request whose client has given up as soon as it can."""
 
     service = Node(sym.ServiceChannel)
     instance = Index(upto=instances(service))
@@ -76,7 +76,7 @@ class D2Late(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 
 
 class D2Response(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """So it takes a response."""
+    """An executor takes a response as soon as it can."""
 
     client = Node(sym.ClientPort)
     t_res = Made(S1.t_res, of=client)
@@ -87,7 +87,7 @@ class D2Response(StandardRule, phase=Phase.timing, middleware="ros2", times=True
 
 
 class D2Feedback(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """It takes feedback that has arrived, if that begins a callback."""
+    """An executor takes feedback that has arrived as soon as it can, if it begins a callback."""
 
     client = Node(sym.ActionClientPort)
     page = Node(sym.CallbackPage)
@@ -113,7 +113,7 @@ class D2(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 
 
 class D2Begin(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """The work begins with the callback."""
+    """The work of a callback begins with the callback."""
 
     page = Node(sym.CallbackPage)
     begun = Made(D2.begun, of=page)
@@ -133,7 +133,7 @@ class D2End(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 
 
 class D2Clock(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """Each of its runs has a clock."""
+    """Each run of a callback with a duration has a clock."""
 
     page = Node(sym.CallbackPage)
     begun = Made(D2.begun, of=page)
@@ -164,7 +164,7 @@ class D2Accept(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 
 
 class D2Finish(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """The goal is over when the work is done."""
+    """A goal ends when the work on it is done."""
 
     served = SlotCallback()
     worked = Made(D2.worked, of=served.callback)
@@ -174,7 +174,7 @@ class D2Finish(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 
 
 class D2Goal(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """It has a clock; it may take less time where it may be canceled."""
+    """The work on a goal has a clock; it may end early if the goal may be canceled."""
 
     served = SlotCallback()
     begun = Made(D2.begun, of=served.callback)
@@ -192,7 +192,7 @@ class D2Goal(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 
 
 class D2Stop(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """The work ends with the step that stops it, if that makes the goal canceled."""
+    """The work on a goal ends with the step that stops it, if that step makes the goal canceled."""
 
     served = SlotCallback()
     stopped = Node(pn.Place, of=image(served.action.server.canceled, served.page))
@@ -209,7 +209,7 @@ class D2Stop(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 
 
 class D2Order(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """It takes the first one that is free."""
+    """A run of a callback takes the first free clock."""
 
     page = Node(sym.CallbackPage)
     number = Index(upto=RunsAtOnce(page))
@@ -221,7 +221,7 @@ class D2Order(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 
 
 class D3(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """A step of it may come at any moment of the work, and comes when that is done."""
+    """A step of a callback with a duration fires at any moment of the work, at the latest at its end."""
 
     page = Node(sym.CallbackPage)
     worked = Made(D2.worked, of=page)
@@ -259,7 +259,7 @@ class D3(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 
 
 class D3Last(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """The last step of a server comes when its work is done."""
+    """The last step of a server fires when its work is done."""
 
     page = Node(sym.CallbackPage)
     worked = Made(D2.worked, of=page)
@@ -301,7 +301,7 @@ class D3Open(StandardRule, phase=Phase.intervals, middleware="ros2", times=True)
 
 
 class D2Ends(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
-    """Then the transition that ends the callback fires at once, with all its effects."""
+    """When the work is done, the transition that ends the callback fires at once, with all its effects."""
 
     page = Node(sym.CallbackPage)
     worked = Made(D2.worked, of=page)
@@ -313,7 +313,7 @@ class D2Ends(StandardRule, phase=Phase.intervals, middleware="ros2", times=True)
 
 
 class D3Prompt(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
-    """It comes at once then."""
+    """When the work is done, a step that is left fires at once."""
 
     page = Node(sym.CallbackPage)
     worked = Made(D2.worked, of=page)
