@@ -17,8 +17,8 @@ from dineros.sources.keeping.store import tidy
 from dineros.sources.language.keeping import ProgramKeeper
 from dineros.sources.language.modules import Modules
 from dineros.sources.launch.containers import ALONE, EXECUTORS, container_of, executor_in
-from dineros.sources.launch.description import Started, full
 from dineros.sources.launch.reading import LaunchFiles
+from dineros.sources.launch.started import Started, full
 from dineros.sources.launch.vendors import vendor_node
 from dineros.sources.libraries.idioms import known_idioms, read_idioms
 from dineros.sources.packages import packages_of

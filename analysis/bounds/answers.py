@@ -17,9 +17,10 @@ from dineros.analysis.bounds.reading import Tasks
 from dineros.analysis.bounds.solving import solve
 from dineros.analysis.bounds.tasks import Task, is_of_engine
 from dineros.analysis.bounds.work import Publishing
-from dineros.analysis.latencies.answers import OF_ENGINES, RELEASED, End, Everything, Latency, named
+from dineros.analysis.latencies.answers import OF_ENGINES, RELEASED, End, named
 from dineros.analysis.latencies.measuring import Bound
 from dineros.analysis.latencies.paths import Hop, Path, callback_pages, paths_between, responses_of
+from dineros.analysis.latencies.results import Everything, Latency
 from dineros.metamodel import pn, sym
 from dineros.metamodel.callbacks.groups import callback_page_of, runs_callbacks
 from dineros.metamodel.elements import channels, label, node_net_of, resolve

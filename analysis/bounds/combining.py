@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dineros.analysis.latencies.answers import Everything, Latency
+from dineros.analysis.latencies.results import Everything, Latency
 
 
 def known_latency(exact: Latency, bound: Latency) -> Latency:

@@ -22,14 +22,8 @@ from dineros.analysis.checks.blocking import Callbacks
 from dineros.analysis.checks.check import QUESTIONS, check
 from dineros.analysis.checks.overflow import Overflow, Presence
 from dineros.analysis.checks.question import finding_rules
-from dineros.analysis.consequences.cause_fixes import (
-    Fix,
-    fix_of,
-    is_cause,
-    is_effect,
-    is_proved,
-    let_calls_end,
-)
+from dineros.analysis.consequences.cause_fixes import fix_of, is_cause, is_effect, is_proved
+from dineros.analysis.consequences.circle_fixes import Fix, let_calls_end
 from dineros.analysis.consequences.gone import Key, faults_of, gone_from, is_in, key_of
 from dineros.analysis.consequences.quick import folded_quickly
 from dineros.analysis.consequences.together import fewest_causes

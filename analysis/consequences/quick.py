@@ -14,7 +14,8 @@ from dineros.analysis.answers.stages import Share
 from dineros.analysis.callbacks.searching import near_circles
 from dineros.analysis.callbacks.waiting import Waiting
 from dineros.analysis.checks.blocking import Callbacks
-from dineros.analysis.consequences.cause_fixes import circle_after, circle_of, fix_of, is_proved
+from dineros.analysis.consequences.cause_fixes import fix_of, is_proved
+from dineros.analysis.consequences.circle_fixes import circle_after, circle_of
 from dineros.analysis.consequences.gone import is_in
 from dineros.analysis.consequences.used import is_unused_part, used_in_plans, used_in_runs
 from dineros.analysis.model.subject import Subject, base_subject

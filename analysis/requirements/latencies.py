@@ -9,7 +9,8 @@ from dineros.analysis.answers.budget import Budget
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.answers.stages import Share
 from dineros.analysis.bounds.answers import Bounds
-from dineros.analysis.latencies.answers import End, Latencies, Latency, end_of
+from dineros.analysis.latencies.answers import End, Latencies, end_of
+from dineros.analysis.latencies.results import Latency
 from dineros.analysis.logic.language.errors import FormulaError
 from dineros.analysis.model.subject import Subject
 from dineros.analysis.requirements.latency_bounds import LatencyBound

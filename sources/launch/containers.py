@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from dineros.sources.launch.description import Started, full
+from dineros.sources.launch.started import Started, full
 
 Executor = tuple[str, int | str]
 """Class of an executor, and its threads; ``processors``: as many as the machine has."""

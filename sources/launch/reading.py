@@ -16,9 +16,10 @@ from dineros.sources.language.machine import TooLong
 from dineros.sources.language.modules import Modules
 from dineros.sources.language.values import Const, Frame, Function, Items, Made, Open, Text, Value
 from dineros.sources.language.values import Mapping as Table
-from dineros.sources.launch.description import Started, Walker
+from dineros.sources.launch.description import Walker
 from dineros.sources.launch.markup import actions_of_xml, actions_of_yaml
 from dineros.sources.launch.parameters import parameters_for
+from dineros.sources.launch.started import Started
 from dineros.sources.launch.substitutions import Scope
 from dineros.sources.launch.yaml_text import UnreadableError, parts_of
 from dineros.sources.libraries.idioms import Idiom

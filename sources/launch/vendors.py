@@ -10,7 +10,7 @@ from functools import cache
 from pathlib import Path
 
 from dineros.sources.facts import CallbackFact, Entity, NodeFact
-from dineros.sources.launch.description import Started
+from dineros.sources.launch.started import Started
 from dineros.sources.libraries.idioms import Idiom, read_idioms
 
 _CALLED = {

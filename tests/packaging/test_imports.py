@@ -164,7 +164,16 @@ FOLDERS = {
     ],
     "sources/programs": ["executables", "callbacks", "running"],
     "sources/launch": [
-        *("yaml_text", "parameters", "python_text", "substitutions", "description", "containers", "markup"),
+        *(
+            "yaml_text",
+            "parameters",
+            "python_text",
+            "substitutions",
+            "started",
+            "description",
+            "containers",
+            "markup",
+        ),
         *("reading", "vendors"),
     ],
     "sources/cpp": [

@@ -21,9 +21,10 @@ from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.records import EVENTS
 from dineros.metamodel.records.schema import Timeout
 from dineros.views.exports.timing import times_of
-from dineros.views.traces.building import Step, TraceBuilder
+from dineros.views.traces.building import TraceBuilder
 from dineros.views.traces.goals import ENDS
 from dineros.views.traces.lanes import Lane
+from dineros.views.traces.steps import Step
 
 _TIME = {
     "type": "object",

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from dineros.views.traces.building import Step, TraceBuilder
+from dineros.views.traces.building import TraceBuilder
 from dineros.views.traces.lanes import Lane
+from dineros.views.traces.steps import Step
 
 FIRING = 1_000_000
 """Nanoseconds of one firing if a trace has no times."""

@@ -18,7 +18,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from typing import Any
 
 from dineros.metamodel import records as rec
@@ -30,67 +29,12 @@ from dineros.views.traces.calls import CallBars
 from dineros.views.traces.facts import Facts, prototype
 from dineros.views.traces.goals import GoalBars
 from dineros.views.traces.lanes import Lane, Lanes
+from dineros.views.traces.steps import Mark, Step, details_of
 
-Mark = list[Any]
 Queue = tuple[str, str, str]
 """Channel, kind of queue, and the place of its port or, for a dispatcher, its node net."""
 
 _WORD = re.compile(r"[A-Za-z_][\w.\[\]]*")
-_SHOWN = (
-    "handlers",
-    "duration",
-    "taken",
-    "made",
-    "data",
-    "token",
-    "message",
-    "instance",
-    "outcome",
-    "attempt",
-    "handler",
-    "error",
-    "policy",
-    "tokens",
-    "reason",
-    "source",
-    "resumed",
-    "seed",
-    "stage",
-)
-
-
-@dataclass
-class Step:
-    """One step of the picture.
-
-    Attributes
-    ----------
-    event : str
-        The event of its record.
-    node : str or None
-        The node net of the step; None inside a channel.
-    text : str
-        The description of the step.
-    change : dict of str to int
-        Tokens gained or lost, by place.
-    marks : list
-        What it does to lanes.
-    transition : str or None
-        What fires, fails or is left aside.
-    time : float or None
-        Seconds since the epoch.
-    details : dict
-        More fields of the record, for the detail of the step.
-    """
-
-    event: str
-    node: str | None
-    text: str
-    change: dict[str, int]
-    marks: list[Mark] = field(default_factory=list)
-    transition: str | None = None
-    time: float | None = None
-    details: dict[str, Any] = field(default_factory=dict)
 
 
 class TraceBuilder:
@@ -239,7 +183,7 @@ class TraceBuilder:
         if known and not change and not marks and not record.resumed:
             return None  # it follows the checkpoint that a journal begins with
         text = f"{node} continues" if record.resumed else f"{node} starts"
-        step = Step(record.event, node, text, change, marks, time=record.time, details=_details(record))
+        step = Step(record.event, node, text, change, marks, time=record.time, details=details_of(record))
         self._apply(step)
         self.steps.append(step)
         return step
@@ -270,7 +214,7 @@ class TraceBuilder:
         change = dict(record.change) if isinstance(record, StepRecord) else {}
         transition = getattr(record, "transition", None)
         said = getattr(record, "text", None)
-        step = Step(record.event, node, said or "", change, [], transition, record.time, _details(record))
+        step = Step(record.event, node, said or "", change, [], transition, record.time, details_of(record))
         if self.header is not None and self.header.loop == record.sequence and self.loop is None:
             self.loop = len(self.steps)
         match record:
@@ -426,11 +370,3 @@ class TraceBuilder:
             "transition", transition, group=group, kind="transition", id=transition,
             label=self.facts.label_of(transition), node=node,
         )  # fmt: skip
-
-
-def _details(record: Record) -> dict[str, Any]:
-    values = {name: getattr(record, name, None) for name in _SHOWN}
-    shown = {name: value for name, value in values.items() if value not in (None, {}, [], False)}
-    if isinstance(record, StepRecord) and record.earliest is not None:
-        shown["window"] = [record.earliest, record.latest]
-    return shown

@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from dineros.metamodel.records import EVENTS, Fire, Header, Signal
-from dineros.views.traces.building import Step, TraceBuilder
+from dineros.views.traces.building import TraceBuilder
 from dineros.views.traces.facts import Clause
+from dineros.views.traces.steps import Step
 
 BREAKPOINTS = [
     event

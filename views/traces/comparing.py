@@ -6,7 +6,8 @@ from collections.abc import Hashable
 from dataclasses import dataclass
 from typing import Any
 
-from dineros.views.traces.building import Step, TraceBuilder
+from dineros.views.traces.building import TraceBuilder
+from dineros.views.traces.steps import Step
 
 
 @dataclass(frozen=True)

@@ -33,8 +33,9 @@ from dineros.cli.supervising import search_command
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from dineros.analysis.latencies.answers import End, Everything, Latencies, Latency
+    from dineros.analysis.latencies.answers import End, Latencies
     from dineros.analysis.latencies.depths import Depth
+    from dineros.analysis.latencies.results import Everything, Latency
     from dineros.analysis.witnesses.witness import Witness
     from dineros.metamodel import sym
 
@@ -92,7 +93,8 @@ def latency(
     start_quickly(model)
     from dineros.analysis.bounds.answers import Bounds
     from dineros.analysis.bounds.combining import known_everything, known_latency
-    from dineros.analysis.latencies.answers import Everything, Latencies, Latency, end_of, require_times
+    from dineros.analysis.latencies.answers import Latencies, end_of, require_times
+    from dineros.analysis.latencies.results import Everything, Latency
     from dineros.analysis.model.assumptions import of_source
     from dineros.metamodel import sym
     from dineros.metamodel.errors import DinerosError, Location
@@ -171,8 +173,8 @@ def _worst(
     asked: Latencies | None, found: Everything | Latency, ends: tuple[End, End] | None, chain: str
 ) -> tuple[str, Witness] | None:
     """Return the longest time in words, and its run; None if it is unknown."""
-    from dineros.analysis.latencies.answers import Latency
     from dineros.analysis.latencies.paths import callback_pages
+    from dineros.analysis.latencies.results import Latency
     from dineros.analysis.witnesses.witness import witness_of
 
     if asked is None:
@@ -234,7 +236,7 @@ class _Saying:
     def all(self, found: Everything | Latency, ended: str) -> int:
         """Print the known results, and why the search for exact times ended early; return the exit status."""
         from dineros.analysis.bounds.answers import ASSUMES
-        from dineros.analysis.latencies.answers import Latency
+        from dineros.analysis.latencies.results import Latency
 
         times = [found] if isinstance(found, Latency) else list(found.callbacks.values())
         is_exact = all(each.is_exact or each.greatest is None for each in times)

@@ -12,8 +12,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from dineros.analysis.bounds.answers import Bounds
-    from dineros.analysis.latencies.answers import Everything, Latency
     from dineros.analysis.latencies.depths import Depth
+    from dineros.analysis.latencies.results import Everything, Latency
     from dineros.analysis.witnesses.witness import Witness
     from dineros.metamodel import sym
 

@@ -9,7 +9,8 @@ from typing import Any
 import pytest
 
 from dineros.analysis.bounds.answers import Bounds
-from dineros.analysis.latencies.answers import Latency, end_of
+from dineros.analysis.latencies.answers import end_of
+from dineros.analysis.latencies.results import Latency
 from dineros.metamodel import sym
 from dineros.metamodel.build import callback, flow, here, node_net, place, seconds, step
 from dineros.metamodel.elements import channels, find, node_nets

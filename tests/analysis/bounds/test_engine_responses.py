@@ -7,7 +7,7 @@ from fractions import Fraction
 from random import Random
 
 from dineros.analysis.bounds.answers import Bounds
-from dineros.analysis.latencies.answers import Latency
+from dineros.analysis.latencies.results import Latency
 from dineros.metamodel import sym
 from dineros.metamodel.elements import find
 from tests.support.timed_systems.engine_chains import UNIT, Chain, Found, Stage, drawn, explored, model_of

@@ -15,7 +15,8 @@ from typing import Any
 import pytest
 
 from dineros.analysis.bounds.answers import Bounds
-from dineros.analysis.latencies.answers import Everything, Latency, end_of
+from dineros.analysis.latencies.answers import end_of
+from dineros.analysis.latencies.results import Everything, Latency
 from tests.support.timed_systems.executors import Explorer
 from tests.support.timed_systems.models import System, model_of
 from tests.support.timed_systems.threads import Threads, TooManyStatesError

@@ -10,7 +10,7 @@ from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.answers.stages import Share
 from dineros.analysis.checks.check import check
 from dineros.analysis.checks.unused import unused_parts
-from dineros.analysis.consequences import cause_fixes, folding
+from dineros.analysis.consequences import cause_fixes, circle_fixes, folding
 from dineros.analysis.consequences.folding import fold_consequences
 from dineros.analysis.consequences.used import disproved
 from dineros.analysis.model.subject import base_subject
@@ -130,7 +130,7 @@ def calling_in_turn() -> sym.SystemModel:
 
 def test_a_circle_behind_another_one_is_removed_by_time_outs_as_well(monkeypatch: pytest.MonkeyPatch) -> None:
     """The second call waits in a circle once the first one ends."""
-    monkeypatch.setattr(cause_fixes, "CHANGES", Share(time=0.0))
+    monkeypatch.setattr(circle_fixes, "CHANGES", Share(time=0.0))
     report = folded(calling_in_turn(), Budget(seconds=300))
     assert faults(report.findings) == ["callback-deadlock"]
     dead = {element for rule, element in consequences(report.findings[0]) if rule == "dead-transition"}
@@ -202,7 +202,7 @@ def test_what_callbacks_cause_that_share_a_lock() -> None:
 
 
 def test_nothing_folds_where_no_change_fixes_the_cause(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cause_fixes, "_with_time_outs", lambda *_: None)
+    monkeypatch.setattr(circle_fixes, "_with_time_outs", lambda *_: None)
     before = check(sharing_a_lock())
     after = folded(sharing_a_lock())
     assert faults(before.findings) == faults(after.findings)
@@ -255,7 +255,7 @@ def test_a_cause_gets_the_time_that_others_leave(monkeypatch: pytest.MonkeyPatch
     pictures(model)
     report, asked = check(model), list[str]()
 
-    def slow(copied: sym.SystemModel, cause: Finding, budget: Budget) -> cause_fixes.Fix | None:
+    def slow(copied: sym.SystemModel, cause: Finding, budget: Budget) -> circle_fixes.Fix | None:
         asked.append(cause.rule)
         if cause.rule == "callback-deadlock" and asked.count(cause.rule) == 1:
             assert budget.left is not None
@@ -282,13 +282,13 @@ def test_a_cause_whose_changes_took_too_long_is_tried_again(monkeypatch: pytest.
     share = Budget.share
 
     def first_is_short(budget: Budget, time: float = 1.0, memory: float = 1.0, **limits: Any) -> Budget:
-        if time == cause_fixes.CHANGES.time:
+        if time == circle_fixes.CHANGES.time:
             time = next(shares, time)
         return share(budget, time, memory, **limits)
 
-    monkeypatch.setattr(cause_fixes, "CHANGES", Share(time=0.123))
+    monkeypatch.setattr(circle_fixes, "CHANGES", Share(time=0.123))
     monkeypatch.setattr(Budget, "share", first_is_short)
-    monkeypatch.setattr(cause_fixes, "_with_time_outs", lambda *_: None)
+    monkeypatch.setattr(circle_fixes, "_with_time_outs", lambda *_: None)
     report = folded(model, Budget(seconds=600))
     assert faults(report.findings) == faults(expected.findings)
     assert consequences(report.findings[0]) == consequences(expected.findings[0])

@@ -11,7 +11,7 @@ from dineros.analysis.answers.budget import Budget
 from dineros.analysis.callbacks import searching
 from dineros.analysis.callbacks.waiting import Waiting
 from dineros.analysis.callbacks.walking import Walks
-from dineros.analysis.consequences import cause_fixes
+from dineros.analysis.consequences import circle_fixes
 from dineros.analysis.consequences.together import fewest_causes
 from dineros.analysis.model.subject import base_subject
 from dineros.analysis.witnesses.findings import Finding
@@ -143,7 +143,7 @@ def call(
 @pytest.mark.long
 def test_a_circle_that_others_hide_is_a_cause_together_with_them(monkeypatch: pytest.MonkeyPatch) -> None:
     """The second call waits for the own thread, too, which shows only if its server ever answers."""
-    monkeypatch.setattr(cause_fixes, "MOST_MODELS", 0)  # time-outs only, which fix one call each
+    monkeypatch.setattr(circle_fixes, "MOST_MODELS", 0)  # time-outs only, which fix one call each
     report = folded(calling_either(), Budget(seconds=300))
     causes = {each.elements[0]: each for each in report.findings if each.severity != "note"}
     assert {each.rule for each in causes.values()} == {"callback-deadlock"}

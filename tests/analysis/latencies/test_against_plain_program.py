@@ -14,7 +14,8 @@ import pytest
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.bounds.answers import Bounds
-from dineros.analysis.latencies.answers import Latencies, Latency, end_of
+from dineros.analysis.latencies.answers import Latencies, end_of
+from dineros.analysis.latencies.results import Latency
 from tests.analysis.bounds.test_no_bound_is_too_low import drawn, require_above, require_kept
 from tests.support.timed_systems.models import System, model_of
 from tests.support.timed_systems.threads import Threads, TooManyStatesError

@@ -9,8 +9,9 @@ from pathlib import Path
 import pytest
 
 from dineros.analysis.answers.budget import Budget
-from dineros.analysis.latencies.answers import Latencies, Latency, end_of
+from dineros.analysis.latencies.answers import Latencies, end_of
 from dineros.analysis.latencies.paths import callback_pages
+from dineros.analysis.latencies.results import Latency
 from dineros.metamodel import sym
 from dineros.metamodel.build import seconds
 from dineros.metamodel.elements import channels, find, node_nets, transitions

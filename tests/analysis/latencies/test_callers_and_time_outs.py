@@ -13,7 +13,8 @@ from random import Random
 import pytest
 
 from dineros.analysis.answers.budget import Budget
-from dineros.analysis.latencies.answers import Everything, Latencies, Latency
+from dineros.analysis.latencies.answers import Latencies
+from dineros.analysis.latencies.results import Everything, Latency
 from dineros.metamodel import sym
 from dineros.metamodel.build import callback, flow, place, step
 from dineros.metamodel.elements import find

@@ -10,7 +10,8 @@ import pytest
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.bounds.answers import Bounds
-from dineros.analysis.latencies.answers import Latencies, Latency
+from dineros.analysis.latencies.answers import Latencies
+from dineros.analysis.latencies.results import Latency
 from dineros.metamodel import pn, sym
 from dineros.metamodel.build import callback, node_net, place, step
 from dineros.metamodel.elements import find

@@ -15,8 +15,9 @@ import pytest
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.bounds.answers import Bounds
-from dineros.analysis.latencies.answers import Latencies, Latency, end_of
+from dineros.analysis.latencies.answers import Latencies, end_of
 from dineros.analysis.latencies.paths import paths_between
+from dineros.analysis.latencies.results import Latency
 from tests.support.timed_systems.models import System, model_of
 from tests.support.timed_systems.reacting import Ages, Reacting
 from tests.support.timed_systems.threads import TooManyStatesError

@@ -9,7 +9,8 @@ from hypothesis import given, reject, settings
 from hypothesis import strategies as st
 
 from dineros.analysis.answers.budget import Budget
-from dineros.analysis.latencies.answers import Latencies, Latency, end_of
+from dineros.analysis.latencies.answers import Latencies, end_of
+from dineros.analysis.latencies.results import Latency
 from dineros.analysis.latencies.stores import stored_values
 from dineros.metamodel import sym
 from dineros.metamodel.build import place, step
