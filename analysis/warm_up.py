@@ -105,7 +105,7 @@ def _search(count: int) -> None:
 
 
 def _search_growing() -> None:
-    """Compile what writes markings again, wider, where a place outgrows its bits."""
+    """Compile again, for wider markings, if a place outgrows its bits."""
     from dineros.analysis.explicit import explore
 
     net = CompiledNet.build({"p": 1, "q": 0}, [("make", {"p": 1}, {"p": 1, "q": 1})])

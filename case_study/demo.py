@@ -2,7 +2,7 @@
 
 ``make demo`` runs this: verify the model, generate the ROS 2 workspace around the handlers of
 `case_study/workspace`, run its six nodes and a simulated cell as processes of their own while a human walks
-in and out, and compare what happened with the model. Results lie in ``build/demo``. Where interfaces cannot
+in and out, and compare what happened with the model. Results lie in ``build/demo``. If interfaces cannot
 be built, the same runs in one process.
 """
 

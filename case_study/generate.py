@@ -1,7 +1,7 @@
 """The case study's workspace, made from its model around what its developers wrote.
 
 The repository holds the developers' files only, and the manifest, which has the hash of every other file.
-``python case_study/generate.py`` makes those; `make install` does it. Where they would not be what the
+``python case_study/generate.py`` makes those; `make install` does it. If they would not be what the
 manifest says, nothing is written: `make regenerate` (option ``--anew``) writes the manifest, too.
 """
 

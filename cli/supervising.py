@@ -1,7 +1,7 @@
 """Runs a search in a child process; the parent enforces `--timeout` and `--memory`.
 
-It watches the clock, the memory of all processes together and Ctrl-C; where the search does not end by itself
-in time, it ends it, wherever it is, and prints what was answered until then.
+It watches the clock, the memory of all processes together and Ctrl-C; if the search does not end in time,
+it stops the search and prints the answers found until then.
 """
 
 from __future__ import annotations

@@ -23,7 +23,7 @@ SHOWN = 2000
 
 
 def without_middle(line: str) -> str:
-    """Leave out the middle of a long line: where it is wrong stands first, what would fix it last."""
+    """Leave out the middle of a long line: the location is at the start, and the hint at the end."""
     return line if len(line) <= SHOWN else f"{line[: SHOWN // 2]} ... {line[-SHOWN // 2 :]}"
 
 
@@ -149,7 +149,7 @@ class FeatureValueError(DinerosError, TypeError):
 class ClauseError(DinerosError):
     """The text of an input clause is not a boolean expression over signals of its node net.
 
-    `column` counts from 1 in the text, where the mistake has a place.
+    `column` counts from 1 in the text; it is absent if the mistake has no position.
     """
 
     def __init__(self, message: str, *, column: int | None = None, hint: str | None = None) -> None:

@@ -116,7 +116,7 @@ def exceeds(
 
 
 def hint(name: str, size: int | None = None) -> str:
-    """Return how a limit is raised so far that a number passes, where it is known."""
+    """Return how to raise a limit so that a number is accepted, if that is known."""
     return f"make it smaller, or raise the limit: --limit {name}={size or 'NUMBER'}"
 
 

@@ -18,7 +18,7 @@
 ``TStop.clause=Danger & !RobotIsIdle``      the input clause of a transition; no text removes it
 ==========================================  =========================================================
 
-A channel also answers to its topic, service or action. Where the names of elements contain dots, the longest
+A channel also answers to its topic, service or action. If the names of elements contain dots, the longest
 that fits is meant. Ids and other references cannot be set. An empty text removes the value of a feature
 that has no default: ``Pick.instances=``.
 """

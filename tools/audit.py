@@ -1,6 +1,6 @@
 """Ask for known holes in what the locks name, with pip-audit.
 
-Where the advisory service cannot be reached, one line says so, and nothing fails.
+If the advisory service cannot be reached, one line says so, and nothing fails.
 
 Usage: ``make audit``, which brings pip-audit.
 """

@@ -27,7 +27,7 @@ class Baseline:
 
     A finding is known if the baseline has one with the same rule and the same elements that was at least as
     severe; one about a property, only if the property had the same text. Names of files, messages, witnesses
-    and the order of findings and elements do not matter. Where the baseline has a finding once, only one of
+    and the order of findings and elements do not matter. If the baseline has a finding once, only one of
     several equal ones is known.
 
     `findings`: rule, severity, ids of the elements, and text of the property, of each finding.

@@ -11,7 +11,7 @@ instances of c before x, since a history is first in, first out. So b is at most
 
 and r is at least t + span_c(q). The response time of x is at most S + C_c - span_c(q). If all work that is
 released before t + L can be done by t + L, then t + L would be such a moment, so r is before t + L: only the
-q up to before_c(L) matter. Where all curves are periodic and the lane is not overloaded, the bound of q
+q up to before_c(L) matter. If all curves are periodic and the lane is not overloaded, the bound of q
 repeats after their least common multiple H; then the q up to before_c(H) are enough. This is the busy period
 of Lehoczky (1990), for tasks that do not preempt one another and run in any order, with event models as in
 Casini et al. (2019). Work that takes no time is left out: an executor does it in no time.

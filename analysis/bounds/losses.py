@@ -1,4 +1,4 @@
-"""What bounds exclude, where no search for all states ends: overflows of queues, and runs without end."""
+"""What bounds exclude if no search for all states ends: overflows of queues, and endless runs."""
 
 from __future__ import annotations
 

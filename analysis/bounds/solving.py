@@ -10,7 +10,7 @@ A message is published not earlier than its run can be done, if it is published 
 the `delay` of its run after the latest moment at which this can be released. So releases become publications
 with that spread, and these become arrivals with that of the latency. Of a timer, one tick waits at most, and
 one run is under way on each thread that it may have; so its runs in a window are at most these and one for
-each strike in it. Where messages go round in a circle, arrivals would rest on themselves. Then, and where
+each strike in it. If messages go round in a circle, arrivals would rest on themselves. Then, and where
 nothing bounds a response time, only the least duration of the runs bounds how often a callback publishes.
 """
 

@@ -33,7 +33,7 @@ class Waiter:
     model: EObject = field(compare=False, repr=False)
     """The callback page, client, callback group or place; of a thread and a default group the node net."""
     short: str = field(default="", compare=False, repr=False)
-    """The name alone, where the kind and the node are known already."""
+    """The name alone, if the kind and the node are known already."""
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ A callback that has begun waits for the answers to its calls, and for tokens tha
 answer waits for the callback that serves the request, and then for a thread and a group to be taken by; so
 does a callback that could begin. A thread and a group wait for the callbacks that hold them, and so does a
 place that a semiflow shows to be a lock; other places wait for the callbacks that would put a token there.
-Where one of several is enough, all of them must wait. Those that wait in a circle never move (E. G. Coffman,
+If one of several is enough, all of them must wait. Those that wait in a circle never move (E. G. Coffman,
 M. Elphick, A. Shoshani, *System deadlocks*, ACM Computing Surveys 3(2), 1971).
 
 The links of the rules say what the places and transitions of the net are, never their names.
@@ -245,7 +245,7 @@ class Waiting:
         ]
 
     def _lock_holders(self, place: int, marking: Marking) -> list[Waiter]:
-        """Return the callbacks that hold the tokens of a place, where a semiflow shows who does."""
+        """Return the callbacks that hold the tokens of a place, if a semiflow shows them."""
         flows = self._net.once(flows_and_bounds)[0] or ()
         for flow in sorted((each for each in flows if place in each.weights), key=lambda f: len(f.weights)):
             marked = [other for other in flow.weights if other != place and marking[other] > 0]

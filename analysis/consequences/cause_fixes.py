@@ -1,8 +1,8 @@
 """A model without one of its faults: what is changed so that the fault is gone, as little as possible.
 
 Ports that do not match get the quality of service that is asked for, and what is published while a subscriber
-is not there is kept for it. A clause that can never be true is left out. Where callbacks wait for each other,
-groups and threads are changed, the fewest first, until none of them waits any more; where a few such changes
+is not there is kept for it. A clause that can never be true is left out. If callbacks wait for each other,
+groups and threads are changed, the fewest first, until none of them waits any more; if a few such changes
 are not enough, the calls of the circle get time-outs, so that its callbacks end. A server that never receives
 requests to cancel gets another thread. A callback that waits forever gets what it waits for: a time-out of
 its call, or a transition that gives the token. A client whose request is lost with its server gets a

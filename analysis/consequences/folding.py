@@ -1,8 +1,8 @@
 """Consequences fold under their causes.
 
 A fault is a consequence of another one if it disappears in a model in which that one is repaired: the
-questions are asked again for that model. It stays a finding of its own where it is found again, where a
-question is left open there, and where no change is known that fixes the cause. A message that is lost is
+questions are asked again for that model. It stays a finding of its own if it is found again, if a
+question stays open there, or if no change is known that fixes the cause. A message that is lost is
 found again where the run that loses it can be replayed. That a part is never used is disproved by a run of
 the corrected model which uses it; only what no run settles needs all its markings. A fault that disappears
 only if several causes are repaired together is listed under the first of them, and names the others. A

@@ -254,7 +254,7 @@ def callbacks_in_no_time(model: sym.SystemModel) -> list[sym.CallbackPage]:
 
 
 def _takes_time(page: sym.CallbackPage) -> bool:
-    """Return whether each run takes some time; where transitions have intervals, only if all take some."""
+    """Return whether each run takes some time; if transitions have intervals, each must take some."""
     if page.kind == sym.CallbackKind.timer:
         return True  # no message starts it
     steps = [each.interval for each in Body(page).transitions if each.interval is not None]

@@ -13,7 +13,7 @@ MOST_NAMED = 3
 def of_source(model: pn.Net) -> list[str]:
     """Return the assumption about the code or observations that a model was made from, if there is one.
 
-    Where such a model lacks a part, or presumes a value, the code can do what no run of the model does. So
+    If such a model lacks a part, or presumes a value, the code can do what no run of the model does. So
     answers about all runs hold for the code only if these parts and values make no difference.
     """
     assumed = model.assumptions if isinstance(model, sym.SystemModel) else ()

@@ -1,4 +1,4 @@
-"""The final condition of an application: where it holds, nothing has to continue."""
+"""The final condition of an application: if it holds, nothing has to continue."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Conditions that no reachable marking fulfils, by the state equation and traps: alternatives one by one.
 
-A condition is a conjunction of inequalities and of disjunctions. Where the inequalities alone can be
+A condition is a conjunction of inequalities and of disjunctions. If the inequalities alone can be
 fulfilled, the smallest disjunction is split, until all alternatives are excluded or too many were tried.
 Excluded sets of inequalities are stored, as small as the proof allows: a later set that includes one of them
 is excluded at once. A solution of a remaining alternative may leave an initially marked trap empty. Such a

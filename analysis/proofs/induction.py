@@ -1,7 +1,7 @@
 """Bounded model checking and k-induction: goals reached within few steps, or proved never to be reached.
 
 At depth k a solver is asked for k steps from the initial marking to the goal; then for k steps from any
-marking, none but the last of which meets the goal. Where the second do not exist, and no fewer steps than k
+marking, none but the last of which meets the goal. If the second do not exist, and no fewer steps than k
 from the initial marking lead to the goal, it is never reached.
 
 References

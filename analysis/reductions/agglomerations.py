@@ -30,7 +30,7 @@ class PostAgglomeration(Rule):
     place with inhibitor arcs; if F has several elements, each h in H puts just one token on p.
 
     *Proof.* In a run of N, each f can be moved forward to right after the h that made its token: f needs
-    nothing else, is invisible, and its tokens, coming earlier, disable nothing. Where a run leaves p marked,
+    nothing else, is invisible, and its tokens, coming earlier, disable nothing. If a run leaves p marked,
     f can be added. An endless run has endlessly many firings outside F, since F takes tokens from p that only
     H puts there. A marking with p marked is not a deadlock; with p empty N and N' enable the same. H and F
     are live together iff their compositions are. Every f puts tokens somewhere, so tokens that pile up on p
@@ -80,7 +80,7 @@ class PreAgglomeration(Rule):
     *Proof.* In a run of N, each h can be moved back to right before the f that takes its token: nothing else
     needs or tests the tokens h takes, h is invisible, and nothing but F needs p. An h whose token is never
     taken can be left out; it cannot be endlessly many of them alone, since h takes tokens it does not make.
-    Where N' stops, N can still fire H until that stops, too, and then no f is enabled, or its composition
+    If N' stops, N can still fire H until that stops, too, and then no f is enabled, or its composition
     with an h would have been. With one h or one f, H and F are live together iff their compositions are; with
     several of both, some f may never meet the token of some h, so that `LIVENESS` is not claimed. p piles up
     tokens only if the inputs of H do in N'.

@@ -65,7 +65,7 @@ class ParallelPlace(Rule):
     The simplest case are two places with the same arcs and tokens.
 
     *Proof.* With ``delta(p) = k * delta(q)``, k > 0, m(p) = k m(q) + c in every reachable marking m. A
-    transition t with m(q) >= pre(q, t) has m(p) >= k pre(q, t) + c; where this, rounded up, is at least
+    transition t with m(q) >= pre(q, t) has m(p) >= k pre(q, t) + c; if this, rounded up, is at least
     pre(p, t), p never disables t alone.
     """
 

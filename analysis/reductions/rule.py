@@ -20,7 +20,7 @@ class Property(StrEnum):
 
     MARKINGS = "markings"
     """Each reachable marking of N' represents `Reduction.weight` markings of N, by its tokens: no two
-    for the same one, all for all of them, and each can be recovered. Where `DEADLOCKS` is preserved too,
+    for the same one, all for all of them, and each can be recovered. If `DEADLOCKS` is preserved too,
     the number of deadlocks of N is that of N' times `Step.dead_ends`."""
 
     KEPT_PLACES = "kept_places"

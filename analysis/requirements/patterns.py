@@ -183,7 +183,7 @@ def _scoped(scope: _PatternText | None, body: _PatternText) -> Formula:
 
 
 def _then(begin: Formula, scope: Formula) -> Formula:
-    """Return what holds from a beginning on: after it, where it is a step."""
+    """Return what holds from a beginning on: after it, if it is a step."""
     return Next(scope) if _is_step(begin) else scope
 
 
@@ -252,7 +252,7 @@ class _Scope:
         return self.end is not None and _is_step(self.end)
 
     def ended(self, condition: Formula) -> Formula | None:
-        """Return that the scope ends here, where a condition is to hold as long as it lasts."""
+        """Return that the scope ends here, if a condition is to hold until then."""
         return And((self.end, condition)) if self.end is not None and self.ends_with_step else self.end
 
     def goes_on(self, condition: Formula) -> Formula:

@@ -67,7 +67,7 @@ class Suggestion:
     is_found: bool = False
     """Whether the changes fix all of it; without faults there are none."""
     is_proved: bool = False
-    """Whether it is proved that no smaller change does; where nothing is found, that none does."""
+    """Whether it is proved that no smaller change does; if nothing is found, that no change does."""
     tried: int = 0
     """How many models were checked."""
     proved: list[str] = field(default_factory=list)

@@ -39,7 +39,7 @@ SPACE, FIRST_PART = Share(time=0.3), 0.8
 """Share of the state space, and part of the time for all queues when they are first looked at."""
 
 FIRST_SECONDS = 20.0
-"""Seconds at most for a queue then, where there is no state space."""
+"""Maximum seconds for a queue then, if there is no state space."""
 
 TREE, LARGEST_LOAD, FIRINGS = Share(time=0.1), Share(time=0.3), Share(time=0.3)
 """Shares of the coverability tree, of the largest number of messages, and of each capacity that is tried."""
@@ -71,7 +71,7 @@ class Capacity:
     grows: bool = False
     """Whether it is proved that there is none."""
     fix: str = ""
-    """What would bound the load, where it grows."""
+    """What would bound the load, if it grows."""
 
 
 def suggest_capacities(

@@ -149,7 +149,7 @@ def _joined(whats: Sequence[str]) -> str:
 
 
 def _with_client(model: sym.SystemModel, owner: Owner) -> Iterator[str]:
-    """Yield the callback pages that a client's answers begin, where they are in a group, as its client is."""
+    """Yield the callback pages that a client's answers begin, if they are in the group of the client."""
     id, client = owner
     channel = find(model, id, sym.Channel) if client else None
     for port in getattr(channel, "clients", ()):
@@ -171,8 +171,8 @@ def _begun_by(port: sym.ClientPort | sym.ActionClientPort) -> Iterator[pn.Place]
 def against_circle(changes: Changes, circle: Circle) -> Iterator[Changes]:
     """Yield additions to some changes that may break a circle: each solution has one of these.
 
-    A thread that is waited for comes with one more of them; a group, where the one that waits leaves it, or
-    the one that has it, or where it becomes reentrant.
+    A thread that is waited for comes with one more of them; a group, if the waiting callback or the one that
+    holds it leaves it, or if it becomes reentrant.
     """
     waiters = circle.waiters
     around = zip((waiters[-1], *waiters[:-1]), waiters, (*waiters[1:], waiters[0]), strict=True)
@@ -280,7 +280,7 @@ def _own(changes: Changes, models: Sequence[object]) -> Iterator[Changes]:
 
 
 def _reentrant(changes: Changes, group: object, holder: object) -> Iterator[Changes]:
-    """Yield the group made reentrant; or that of the callback that has it, where it is its own."""
+    """Yield the group made reentrant; or that of the callback that holds it, if it has its own."""
     owner = _owner(holder)
     if owner is not None and changes.is_shared(owner):
         return

@@ -1,7 +1,7 @@
 """Start orders in which no message is lost because a node is not there yet, or not active yet.
 
-Of all orders, those that do one thing after the other leave least open: where each of them can lose a
-message, so can all. A run that loses a message after the first few things condemns all orders that begin with
+Of all orders, those that do one thing after the other decide most: if each of them can lose a message,
+so can all. A run that loses a message after the first few things condemns all orders that begin with
 these.
 """
 
@@ -44,7 +44,7 @@ class StartOrder:
     is_found: bool = False
     """Whether nothing is lost in this order."""
     is_proved: bool = False
-    """Whether it is proved that in every order something can be lost, where none is found."""
+    """Whether it is proved that every order can lose something, if no order is found."""
     tried: int = 0
     """How many orders were checked."""
     proved: list[str] = field(default_factory=list)

@@ -114,7 +114,7 @@ def timed_base_subject(model: pn.Net, overflow: OverflowVariant = "weighted") ->
     """Compile what a check asks about: the net without signals where these change nothing in time.
 
     A signal may change at any time. So a transition with a clause and without an interval or a priority fires
-    at the same moments without signals. Where another transition has a clause, its clock starts and stops
+    at the same moments without signals. If another transition has a clause, its clock starts and stops
     with the signals: then they are part of the net, and may change at any time (``fully-enabled``).
 
     Raises

@@ -4,7 +4,7 @@ A state class from which no class without the callback can be reached holds only
 forever. Linear classes do not tell the converse, so that every callback can end is proved in another way: no
 run stays in it forever, or its response time has a bound.
 
-Runs of a callback can overlap, so that it always runs although each run ends. Where runs end again and again,
+Runs of a callback can overlap, so that it always runs although each run ends. If runs end again and again,
 it is not said to wait forever.
 """
 

@@ -1,4 +1,4 @@
-"""TINA of LAAS as an engine, where the user has it on the PATH: counting, reachability, LTL.
+"""TINA of LAAS as an engine, if it is on the PATH: counting, reachability, LTL.
 
 The net goes out as a ``.net`` file; ``tina``, ``sift``, ``selt`` and ``pathto`` are run on it, and what they
 print is read back. The programs and their output are used as TINA's manual describes them; this project has

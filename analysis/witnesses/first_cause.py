@@ -87,7 +87,7 @@ class _Outcome:
 def first_cause(witness: Witness, asked: str | None = None, verdict: str | None = None) -> Cause | None:
     """Return where the outcome of a witness may have begun.
 
-    `asked`, `verdict`: what was asked: a formula or a condition; and the answer. Where the answer is what
+    `asked`, `verdict`: what was asked: a formula or a condition; and the answer. If the answer is what
     kind of finding it is, the outcome is the last firing, or the deadlock after it.
 
     Returns

@@ -203,7 +203,7 @@ class _ElementLocations:
         return location
 
     def of_finding(self, finding: Finding) -> dict[str, Any]:
-        """Return the line of a finding: in source code, where its elements stand for lines of it."""
+        """Return the line of a finding: in source code, if its elements stand for lines of it."""
         location = self.of_all(finding.elements)
         return (
             location | self._physical(line)

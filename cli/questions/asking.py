@@ -70,7 +70,7 @@ class Asking:
     times: LeftOutTimes | None = None
     """Firing intervals of the net, which no engine knows."""
     assumes: list[str] = field(default_factory=list)
-    """What answers about all runs assume, where the rules are stricter than ROS 2."""
+    """Assumptions of answers about all runs, if the rules are stricter than ROS 2."""
 
     def refuse_tina_on_workers(self) -> None:
         """Reject options that exclude each other; raises `UsageError`."""

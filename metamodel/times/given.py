@@ -191,7 +191,7 @@ def _taken_until(
 def gives_up_in_time(client: sym.ClientPort) -> bool:
     """Return whether it is known when a client gives up, at the earliest: it has one request under way.
 
-    A callback that awaits needs a thread to give up; where nodes are managed, a server may not be there.
+    A callback that awaits needs a thread to give up; if nodes are managed, a server may be absent.
     """
     if not (client.timeout or 0) > 0 or client.outstanding not in (None, 1) or is_awaited(client):
         return False

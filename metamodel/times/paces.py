@@ -4,7 +4,7 @@ A loop that publishes and sleeps has a step that takes at least the time of the 
 clock, which restarts when it has fired. So two firings of it are at least its earliest time apart, in one
 run or in two, and a closed window of the length w holds at most ``floor(w / earliest) + 1`` of them.
 
-Each slot of an action has a copy of the page, with clocks of its own. Where several runs share a transition,
+Each slot of an action has a copy of the page, with clocks of its own. If several runs share a transition,
 its interval is left open (rule D3Open), so nothing follows from it.
 """
 

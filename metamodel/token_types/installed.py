@@ -286,7 +286,7 @@ def _field(field: Mapping[str, Any], known: Mapping[str, Any], depth: int) -> Fi
 
 
 def _with_default(field: FieldType, text: str) -> FieldType:
-    """Return a field with the default that a type description writes, where it writes one."""
+    """Return a field with the default of a type description, if it has one."""
     if not text:
         return field
     value = text if field.kind == "text" else _literal(text)

@@ -1,4 +1,4 @@
-"""Which data continues when a transition fires, where its places have several token types.
+"""Which data is passed on when a transition fires, if its places have several token types.
 
 A place gets the data of the first token of its type that the transition takes, or reads. So nothing is passed
 on to a place whose type the transition does not take: a handler makes that data.

@@ -160,7 +160,7 @@ class Commuting:
         """Return a topic whose messages a shown transition cannot be moved before, in one part.
 
         It can be past one and more messages if it can be past all but the first, after that, and then past
-        the first: where more is possible before a message, more is after it.
+        the first: if more is possible before a message, more is possible after it.
         """
         key = number, factor, transition, waiting
         if key in self._blockers:

@@ -170,7 +170,7 @@ def with_traced(found: Iterable[Proposal], counts: Traced) -> list[Proposal]:
     For a callback that ran, its publications are known. Proposals by times remain for other triggers
     (responses, which traces do not contain), as long as not all messages of the topic come from callbacks
     that ran;
-    and timers, where none do. Nodes and topics are in order of their names.
+    and timers, if none do. Nodes and topics are in order of their names.
     """
     ran = {(callback.node, name) for callback, name in _names(counts.runs).items()}
     told = _proposed(counts)

@@ -126,7 +126,7 @@ def _marks(values: Collection[object]) -> str:
 
 
 def _unpacked(data: bytes, kind: str, size: int) -> bytes:
-    """Return the unpacked data; where there is more than expected, at most a MiB of it."""
+    """Return the unpacked data; at most a MiB of it if there is more than expected."""
     made = bytearray()
     for piece in pieces(BytesIO(data), kind, len(data)):
         made += piece

@@ -1,7 +1,7 @@
 """Traces to a goal by irreversible firings: explicit search from one firing outside of cycles to the next.
 
 Transitions that are not repeatable raise a weighted sum of tokens that no firing lowers and that is bounded.
-Where the goal can still be reached after such a firing, a search need not come back to before it.
+If the goal can still be reached after such a firing, a search need not come back to before it.
 """
 
 from __future__ import annotations

@@ -214,7 +214,7 @@ def expand(  # type: ignore[no-untyped-def]
     """Write a state's edges in the product behind position `top`; return the new top or CELL_OVERFLOW.
 
     ``scratch.weak_seen`` and ``strong_seen`` get the marks of weakly fair transitions that are disabled and
-    of strongly fair ones that are enabled. Where states may not be added, edges to new ones are left out.
+    of strongly fair ones that are enabled. If states may not be added, edges to new ones are left out.
     """
     words, delta, guards = store.words, steps.delta, steps.guards
     box, codes = scratch.box, scratch.codes

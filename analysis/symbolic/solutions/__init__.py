@@ -1,1 +1,1 @@
-"""The reachable markings as the solutions of the place invariants, where that can be proved."""
+"""The reachable markings as the solutions of the place invariants, if that can be proved."""

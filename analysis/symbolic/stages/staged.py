@@ -156,7 +156,7 @@ def _best_order(
 def _orders(parts: Joined) -> list[list[int]]:
     """Return orders to begin with, bottom first: components, with others above and below them.
 
-    Where processes pass shared variables one after the other, those that they pass first should be near them.
+    If processes pass shared variables one after the other, those that they pass first should be near them.
     Whether the last ones should be above or below them is not known before.
     """
     start = first_start(parts.encoding, EventTables.of(parts.encoding))

@@ -69,7 +69,7 @@ def refine(net, known, atoms, work, most):  # type: ignore[no-untyped-def]
 def edges_to(atoms, target, found, only_open):  # type: ignore[no-untyped-def]
     """Write the edges to a class, those of a transition together; how many.
 
-    These are either those that may not be stable, or those from other classes. Where they do not fit, only
+    These are either those that may not be stable, or those from other classes. If they do not fit, only
     the number is right.
     """
     count = 0

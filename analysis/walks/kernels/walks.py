@@ -165,7 +165,7 @@ def follow(net, initial, counts, rows, seed):  # type: ignore[no-untyped-def]
 def scout(net, initial, priority, counts, wanted, sequence, first, seed):  # type: ignore[no-untyped-def]
     """Walk once, and write what is fired; return how many firings, how it ended, and where its loop begins.
 
-    Where transitions are to be fired so often (`counts`), these come first, again and again. Firings that
+    If transitions are to be fired so often (`counts`), these come first, again and again. Firings that
     lead from a marking to one with as many tokens everywhere, and more at a wanted place, end the walk: they
     are its loop. Markings are compared with one that is taken again after twice as many firings each time.
     """

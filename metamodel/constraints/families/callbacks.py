@@ -94,7 +94,7 @@ def callback_ends(page: sym.CallbackPage, index: Index) -> Outcome:
     guard=lambda port, index: _runs(port.place, index),
 )
 def subscriber_begins_callback(port: sym.SubscriberPort, index: Index) -> Outcome:
-    """Where a node runs callbacks, messages begin one."""
+    """If a node runs callbacks, messages begin one."""
     page = callback_page_of(port.place)
     if page is None:
         return "no callback page"
@@ -107,7 +107,7 @@ def subscriber_begins_callback(port: sym.SubscriberPort, index: Index) -> Outcom
     guard=lambda port, index: _runs(port.page, index),
 )
 def server_begins_callback(port: sym.ServerPort, index: Index) -> Outcome:
-    """Where a node runs callbacks, requests begin one."""
+    """If a node runs callbacks, requests begin one."""
     page = port.page
     if not isinstance(page, sym.CallbackPage):
         return describe(page)
@@ -125,7 +125,7 @@ def server_begins_callback(port: sym.ServerPort, index: Index) -> Outcome:
     ),
 )
 def callbacks_begin_later(place: pn.Place, index: Index) -> Outcome:
-    """Where a node runs callbacks, nothing has come to its ports at the start."""
+    """If a node runs callbacks, nothing has come to its ports at the start."""
     return False
 
 

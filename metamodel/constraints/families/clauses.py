@@ -200,7 +200,7 @@ def _called(signal: sym.InputSignal) -> tuple[EObject | None, str]:
 
 @constraint("{it} is called {found}, as another signal of its node net", fix="give one of them another name")
 def signal_name_unique(signal: sym.InputSignal, index: Index) -> Outcome:
-    """The signals of a node net have different names (or ids, where they have no name)."""
+    """The signals of a node net have different names (or ids, if they have no name)."""
     return index.earliest(signal, sym.InputSignal, _called) is signal or repr(label(signal))
 
 

@@ -5,7 +5,7 @@ and priorities. Features that time Petri nets lack are errors, reported with the
 inhibitor arcs, speeds, processors, parameters, flush arcs, coloured tokens, guards, updates, and intervals of
 places. Costs, and which transitions can be observed or controlled, change no behaviour and are not kept.
 
-Where a transition takes tokens from a place that it also reads, Romeo compares the marking with the weight of
+If a transition takes tokens from a place that it also reads, Romeo compares the marking with the weight of
 the read arc alone and DiNeROS with the sum; reading and writing convert, as for TINA.
 
 Of ``.cts``, the part is read in which Romeo itself writes time Petri nets; see `cts_reader`.

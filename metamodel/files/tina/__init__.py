@@ -9,7 +9,7 @@ Written are nodes and what they do. References are resolved and pages dropped; l
 and the data of tokens have no place in this format. Nodes are named by their ids and labelled by their names.
 Channels and clauses are errors, as their meaning would be lost.
 
-Where a transition takes tokens from a place that it also reads, TINA compares the marking with the weight of
+If a transition takes tokens from a place that it also reads, TINA compares the marking with the weight of
 the read arc alone and DiNeROS with the sum, since a read arc is short for a pair of normal arcs; reading and
 writing convert.
 """

@@ -36,7 +36,7 @@ def test_the_list_as_json(run: Run) -> None:
 def test_one_rule_as_text_and_json(run: Run) -> None:
     result = run("rules", "i5-io-enabled")
     assert result.exit_code == 0
-    assert result.stdout.startswith("I5-io-enabled: In addition, a second pair")
+    assert result.stdout.startswith("I5-io-enabled: A signal also changes by a second pair")
     assert "  change.to_true   Transition {signal.id}.toTrueOut.{transition.id}\n" in result.stdout
     described = json.loads(run("rules", "T1", "--json").stdout)
     assert described["lhs"] == [{"name": "channel", "is": "TopicChannel"}]

@@ -271,7 +271,7 @@ class D3Last(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
 
 
 class D3Early(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
-    """Where several runs of a callback share a transition with one clock, it may fire early.
+    """If several runs of a callback share a transition with one clock, it may fire early.
 
     Its latest bound stays where one clock allows all that a clock for each run would allow.
     """
@@ -287,7 +287,7 @@ class D3Early(StandardRule, phase=Phase.intervals, middleware="ros2", times=True
 
 
 class D3Open(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
-    """Where several runs of a callback share a transition with one clock, its interval is left open.
+    """If several runs of a callback share a transition with one clock, its interval is left open.
 
     It stays where one clock allows all that a clock for each run would allow.
     """

@@ -124,7 +124,7 @@ def cancels_come_from_clients(port: sym.ActionServerPort, index: Index) -> Outco
     guard=lambda port, index: runs_callbacks(index.node_net_of(port.page)),
 )
 def goals_begin_callback(port: sym.ActionServerPort, index: Index) -> Outcome:
-    """Where a node runs callbacks, goals that are accepted begin one."""
+    """If a node runs callbacks, goals that are accepted begin one."""
     page = port.page
     if not isinstance(page, sym.CallbackPage):
         return describe(page)
