@@ -43,7 +43,7 @@ def printable(text: str) -> str:
 
 @dataclass(frozen=True)
 class Location:
-    """Where something stands: a file, a line (from 1) and a column (from 1), as far as they are known."""
+    """A location: a file, a line (from 1) and a column (from 1), as far as they are known."""
 
     file: Path | str | None = None
     line: int | None = None

@@ -32,7 +32,7 @@ def decode_json(
     location: Location | None = None,
     keys_once: bool = False,
 ) -> Any:
-    """Read a JSON text that anybody may have written.
+    """Read a JSON text of untrusted origin.
 
     Parameters
     ----------
@@ -128,7 +128,7 @@ def distinct(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     if len(known) < len(pairs):
         names = [name for name, _ in pairs]
         twice = next(name for name in names if names.count(name) > 1)
-        raise ValueError(f"{twice!r} stands twice in one object")
+        raise ValueError(f"{twice!r} occurs twice in one object")
     return known
 
 

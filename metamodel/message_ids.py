@@ -1,6 +1,6 @@
 """The ids of messages: what is one, and when a message has come before.
 
-A node calls a message ``NODE/PLACE/NUMBER`` or ``NODE@RUN/PLACE/NUMBER``; what stands before the number is
+A node calls a message ``NODE/PLACE/NUMBER`` or ``NODE@RUN/PLACE/NUMBER``; the part before the number is
 the *sender*, whose messages are numbered from 1. A message that is sent again (by a node that continues after
 a crash, by a client without a response) keeps its id; a node that received it before ignores it.
 

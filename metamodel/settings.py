@@ -209,7 +209,7 @@ def _part(owner: EObject, step: str) -> EObject:
 
 
 def _key(path: str) -> tuple[str, str]:
-    """Split what stands behind ``publisher.``: the key of a port, and its feature or that of its part."""
+    """Split the part after ``publisher.``: the key of a port, and its feature or that of its part."""
     key, _, feature = path.rpartition(".")
     inner, _, step = key.rpartition(".")
     if inner and step in _PARTS and feature in features_of(_PARTS[step]):  # type: ignore[arg-type]

@@ -127,7 +127,7 @@ class Watched:
     is_stable: bool = True
     """Whether the graph was stable; otherwise parts may be missing."""
     is_checked: bool = False
-    """Whether it was looked at again, since something seemed to be wrong with it."""
+    """Whether it was examined again, since something seemed to be wrong with it."""
 
     def __str__(self) -> str:
         again = ", because something seemed to be missing" if self.is_checked else ""

@@ -33,7 +33,7 @@ from dineros.metamodel.times.rates import seconds_of
 from dineros.metamodel.times.runs import ports_at
 
 MOST_MESSAGES = 200
-"""Messages of a busy period that are looked at."""
+"""Limit of the examined messages of a busy period."""
 NEVER = 10**15
 """Period, in units, of what comes once: longer than any window."""
 Cause = sym.CallbackPage | sym.SubscriberPort | pn.Place

@@ -55,7 +55,7 @@ from dineros.metamodel.callbacks.groups import threads_of
 MOST_STEPS = 20_000
 """Steps of an iteration towards a bound."""
 MOST_INSTANCES = 5_000
-"""Instances of a task that are looked at, one by one."""
+"""Limit of the instances of a task that are examined, one by one."""
 
 
 @dataclass(frozen=True)
@@ -277,7 +277,7 @@ def _in_any_order(task: Task, around: Around, others: _Others, shared: _Shared) 
 
 
 def _instances(task: Task, curve: Curve, others: _Others, shared: _Shared) -> int | None:
-    """Return how many instances of a task have to be looked at; None if nothing bounds them."""
+    """Return how many instances of a task must be examined; None if nothing bounds them."""
     if not task.most:
         return 1
     tasks = [(curve, task), *others]

@@ -1,4 +1,4 @@
-"""Callbacks that can wait forever, whatever else continues, and the circles in which they do.
+"""Callbacks that can wait forever while others continue, and the circles in which they wait.
 
 A callback can wait forever where a marking can be reached from which none can be that has ended it. From
 there the net can only go into a part that it never leaves again: there the circle is closed, if it is one.

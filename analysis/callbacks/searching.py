@@ -129,7 +129,7 @@ def _planned(
 ) -> dict[Running, Ending]:
     """Return which callbacks never end after a run that is planned for one of their steps.
 
-    Runs after which another of their steps is enabled are not looked at further.
+    Runs after which another of their steps is enabled are not followed further.
     """
     if not asked:
         return {}

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 MOST_MARKINGS = 1_000_000
-"""Markings of which all are looked at for callbacks that wait; of more, parts of the net tell as much."""
+"""Limit of the markings that are examined for waiting callbacks; above it, parts of the net are."""
 
 MANY_TRANSITIONS = 600
 """In a net with as many, circles that planned runs show are reported before all other questions."""

@@ -8,7 +8,7 @@ transitions, alone or in a circle, are the cause. The transitions of a node that
 they end with their node. Dead markings in which the same transitions wait for the same places are one group;
 server instances are alike.
 
-If nothing waits, the application has come to rest. That is as it should be where the final condition of
+If nothing waits, nothing is left to do. That is as it should be where the final condition of
 the model holds, or, if it states none, where each node rests in final places. A place is final if it is of
 the kind `end`; in a node without such a place, all from which nothing takes tokens are.
 """

@@ -50,7 +50,7 @@ SHOWN_SHARE = 0.15
 """Part of the time in which runs are made short to read that lose a message; later ones are not shown."""
 
 RECURRENCE = Share(time=0.2)
-"""Part of the time that is left in which a smaller net is looked at."""
+"""Part of the remaining time in which a smaller net is analysed."""
 
 
 @dataclass

@@ -69,7 +69,7 @@ _Here: TypeAlias = tuple[tuple[int, ...], bool]
 def overtaking(
     net: CompiledNet, first: int, accepts: int, ends: Collection[int]
 ) -> tuple[tuple[int, ...] | None, bool]:
-    """Return a shortest run in which the goal accepted later is over first, and whether all were looked at.
+    """Return a shortest run in which the goal accepted later is over first, and whether all were examined.
 
     Slots are alike, so that it does not matter which of them has the earlier goal.
 

@@ -1,4 +1,4 @@
-"""A model without one of its faults: what is changed so that the fault is gone, as little as possible.
+"""A model without one of its faults: the smallest change that removes the fault.
 
 Ports that do not match get the quality of service that is asked for, and what is published while a subscriber
 is not there is kept for it. A clause that can never be true is left out. If callbacks wait for each other,

@@ -174,7 +174,7 @@ class _Folding:
     def _fold_together(
         self, owners: Sequence[_Fixed], fixed: Sequence[_Fixed], found: dict[int, list[Finding]]
     ) -> None:
-        """Ask again where several causes are fixed together; list what is gone under the first of them.
+        """Ask again where several causes are fixed together; list what disappears under the first of them.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""Which faults are gone when a model is asked again: faults are the same if rule and elements are."""
+"""Which faults are absent when a model is analysed again; rule and elements identify a fault."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def is_in(finding: Finding, some: Sequence[Finding]) -> bool:
 
 
 def gone_from(again: Report, some: Sequence[Finding], known: Sequence[Finding]) -> list[Finding]:
-    """Return the faults that are known to be gone, or that a later report neither has nor leaves open."""
+    """Return the faults that are known to be absent, or that a later report neither has nor leaves open."""
     still = faults_of(again)
     return [
         each

@@ -1,7 +1,7 @@
 """Which faults of a check with times are consequences: the corrected model is asked again with its times.
 
-Random runs of it disprove that parts are never used. What else was found, such as lost messages, is gone if
-the same question has an answer there and does not find it.
+Random runs of it disprove that parts are never used. Another finding, such as lost messages, is absent if the
+same question has an answer there and does not report it.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Which causes must be fixed together before a consequence of several of them is gone."""
+"""Which causes must be fixed together before a consequence of several of them disappears."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def fewest_causes(
 ) -> list[tuple[list[Cause], list[Consequence]]]:
     """Group consequences by the causes that must be fixed for them, without causes that are not needed.
 
-    Causes are left out one after the other, the last one first, as long as the consequence is still gone. So
+    Causes are left out one after the other, the last one first, as long as the consequence stays absent. So
     no cause of a group can be left out, but another group may be as small. Groups of one cause are not tried.
 
     Parameters

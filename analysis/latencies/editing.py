@@ -1,7 +1,7 @@
 """Time Petri nets that an observer is added to: transitions are split into cases.
 
 A case of a transition fires instead of it under more conditions, and does more. Cases keep its interval, so a
-place that tells them apart must not change while the transition is enabled, unless it fires at once.
+place that distinguishes them must not change while the transition is enabled, unless it fires at once.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """An observer that follows one instance through a timed net, with a clock that measures how long it takes.
 
 The observer is part of the net: places say where the instance is, and transitions are split by that. So
-whatever explores time Petri nets can measure. The observer chooses any instance: a strike of a timer, or a
+any explorer of time Petri nets can measure. The observer chooses any instance: a strike of a timer, or a
 message or request that arrives.
 
 Tokens of a history are alike, but messages have an order. So the observer counts the messages before the one

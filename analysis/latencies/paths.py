@@ -234,7 +234,7 @@ def missing_on(path: Path) -> Iterator[str]:
 def callbacks_in_no_time(model: sym.SystemModel) -> list[sym.CallbackPage]:
     """Return callbacks that start each other in a circle through topics and may take no time for it.
 
-    Such a circle can run without end at one moment, so the markings that follow depend on how time goes on.
+    Such a circle can run without end at one moment, so the markings that follow depend on how time passes.
     """
     fillers = pages_that_fill(model)
     follows: dict[sym.CallbackPage, list[sym.CallbackPage]] = {page: [] for page in callback_pages(model)}

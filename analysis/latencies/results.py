@@ -90,7 +90,7 @@ class Everything:
     """By the name of a reader or the id of a timer, why it is not known whether it loses anything."""
 
     def to_dict(self) -> dict[str, object]:
-        """Return it for JSON. What is null has a `reason` beside it."""
+        """Return it for JSON. An entry that is null has a `reason`."""
         return {
             "callbacks": {name: self._response(name, each) for name, each in self.callbacks.items()},
             "readers": {

@@ -1,7 +1,7 @@
 """How an observer follows a value that a callback stores on a place, until another callback reads it.
 
-The place holds one value at most. A marker is there while that value is the one that is followed. Whatever
-takes it away displaces the value, but what only reads it does not.
+The place holds one value at most. A marker is there while that value is the one that is followed. A
+transition that takes the value displaces it; one that only reads it does not.
 """
 
 from __future__ import annotations

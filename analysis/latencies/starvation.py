@@ -3,8 +3,8 @@
 It can if there is an endless run in which the callback is ready from some moment on, and never begins: a
 circle of state classes in which it is ready, without an edge by which it begins; or a class in which it is
 ready and nothing has to happen any more. Every run goes through the largest classes, too, so where these have
-no such circle, there is none. If they have one, classes that are compared by equality decide: each of
-their endless paths is one of a run. A circle during which a clock that must end goes on takes no time, so a
+no such circle, there is none. If they have one, classes that are compared by equality decide: each of their
+endless paths is one of a run. A circle during which a clock that must end keeps running takes no time, so a
 run leaves it.
 """
 

@@ -37,7 +37,7 @@ def fair_transitions(subject: Subject, wanted: Iterable[str]) -> tuple[str, ...]
     for name in names:
         if any(_has_values(subject, number) for number in subject.names.transitions(name)):
             raise FormulaError(
-                f"fairness to {name!r} is not supported: guards tell its tokens apart",
+                f"fairness to {name!r} is not supported: guards distinguish its tokens",
                 hint="name transitions that do not take or put tokens used by guards",
             )
     return names

@@ -33,7 +33,7 @@ MOST_TOGETHER = 40
 
 
 class Whole:
-    """A net that is looked at by parts.
+    """A net that is analysed in parts.
 
     `dead`: transitions that can never fire; no part has them.
 

@@ -1,9 +1,9 @@
 """Bounds of times and invariants that a few nodes of a model decide, however much the others do.
 
 Places of other nodes, and of channels to them, are left out (`dineros.analysis.timed.reductions.cuts`): these
-nodes may then do anything at any time. What holds so holds in the whole model. First the nodes that the
-formula names are looked at alone; then with all which send them messages; then with those that they have
-services and actions in common with, and those which send these reliable messages.
+nodes may then do anything at any time. What holds so holds in the whole model. First only the nodes that the
+formula names are analysed; then also all nodes that send them messages; then also those that share services
+and actions with them, and the nodes that send these reliable messages.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from dineros.metamodel.matching import are_matched, is_best_effort
 
 BY_MARKINGS = "state classes of some nodes"
 EXPLORED = Share(most_states=100_000)
-"""Limit of the classes of a part, by inclusion; a larger one is not looked at."""
+"""Limit of the classes of a part, by inclusion; a larger one is not analysed."""
 PART = Share(time=0.6, most_states=1_500_000)
 """Share of each part; its classes with the observer are limited."""
 Nodes = frozenset[sym.NodeNet]
@@ -105,14 +105,14 @@ def _is_invariant(formula: Formula) -> bool:
 
 
 def _tells(net: TimedNet, kept: set[int], places: set[int], fired: set[int]) -> bool:
-    """Return whether these places tell of all places and firings that a formula names."""
+    """Return whether these places determine all places and firings that a formula names."""
     return kept >= places and all(
         any(place in kept for place, _ in (*net.take.row(t), *net.put.row(t))) for t in fired
     )
 
 
 def _asked(subject: TimedSubject, formula: Formula) -> tuple[set[int], set[int]] | None:
-    """Return the places and transitions that a formula names; None if a part does not tell what it asks."""
+    """Return the places and transitions that a formula names; None if a part does not decide it."""
     net = subject.net
     places: set[int] = set()
     fired: set[int] = set()

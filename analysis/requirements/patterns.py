@@ -331,7 +331,7 @@ def _found(part: _PatternText, pattern: str) -> re.Match[str] | None:
 
 
 def _all_found(part: _PatternText, pattern: str) -> list[re.Match[str]]:
-    """Return where something stands outside of quotes, braces and parentheses."""
+    """Return the position of something outside of quotes, braces and parentheses."""
     flat = list(_OPAQUE.sub(lambda match: "\0" * len(match[0]), part.text))
     depth = 0
     for place, letter in enumerate(flat):

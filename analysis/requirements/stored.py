@@ -51,7 +51,7 @@ VARIANTS: dict[str, SignalVariant] = {
 """Makes the net for the question from a property's statements about signals."""
 
 PARTS = Share(time=0.4)
-"""Share of proofs by some nodes, before all nodes are looked at."""
+"""Share of proofs by some nodes, before all nodes are analysed."""
 
 UNFAIR = "a run violates it, and it is unknown whether runs with times are fair"
 

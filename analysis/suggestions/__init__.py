@@ -1,1 +1,1 @@
-"""What to change in a model so that a fault is gone, with a proof that it is."""
+"""What to change in a model to remove a fault, with a proof that it is removed."""

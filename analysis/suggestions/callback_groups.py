@@ -5,9 +5,9 @@ changes are added as may break it. One kind lets more happen: a callback or clie
 a group becomes reentrant, an executor has more threads. The other kind prevents the run that leads to the
 circle: callbacks that run at once in it share an exclusive group, or the executor has fewer threads, or a
 callback that runs twice at once gets an exclusive group. Without one of these, the run stays possible and its
-circle closed. So whatever fixes the model is found this way, and the smallest first (R. Reiter, *A theory of
-diagnosis from first principles*, Artificial Intelligence 32(1), 1987: hitting sets). Changes that reduce
-concurrency count as two.
+circle closed. So every change that fixes the model is found this way, and the smallest first (R. Reiter, *A
+theory of diagnosis from first principles*, Artificial Intelligence 32(1), 1987: hitting sets). Changes that
+reduce concurrency count as two.
 
 A callback that never ends, and is in no circle, cannot be repaired if it would not end even with enough
 threads and free groups. A cancel request that the server never receives may also be fixed by `async def`.

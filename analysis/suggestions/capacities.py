@@ -36,7 +36,7 @@ FIRST_WORK = 4_000_000
 """Cache misses of saturation, a few seconds, that the state space may cost before it is left for last."""
 
 SPACE, FIRST_PART = Share(time=0.3), 0.8
-"""Share of the state space, and part of the time for all queues when they are first looked at."""
+"""Share of the state space, and part of the time for all queues at their first analysis."""
 
 FIRST_SECONDS = 20.0
 """Maximum seconds for a queue then, if there is no state space."""

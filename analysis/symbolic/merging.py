@@ -88,7 +88,7 @@ class _Merging:
         return sum(self._merge(level, rows) for level, rows in sorted(of_level.items())) > 0
 
     def _merge(self, level: int, numbers: Sequence[int]) -> int:
-        """Merge events on one level; return how many are gone."""
+        """Merge events on one level; return how many were removed."""
         alike: defaultdict[tuple[tuple[int, int], ...], list[int]] = defaultdict(list)
         for number in numbers:
             row = self._rows[number]

@@ -21,14 +21,14 @@ from dineros.analysis.timed.plain_classes import PlainClass, classes_along, enab
 MOST_FIRINGS = 200
 """Later firings of a sequence are ignored."""
 MOST_WEIGHT = 50
-"""A net with arcs of a larger weight is not looked at."""
+"""A net with arcs of a larger weight is not analysed."""
 
 
 def growing_loop(net: TimedNet, trace: Sequence[int]) -> Pumping | None:
     """Return a loop in a firing sequence that makes tokens grow forever; None if it shows none.
 
-    The sequence is looked at up to `MOST_FIRINGS`. Nets with priorities are not looked at, as linear classes
-    do not know them.
+    The sequence is examined up to `MOST_FIRINGS`. Nets with priorities are not analysed, since linear classes
+    do not represent them.
     """
     trace = trace[:MOST_FIRINGS]
     weights = [w for table in (net.untimed.pre, net.untimed.inhibitor) for w in table.weight.tolist()]
@@ -59,7 +59,7 @@ def _grows(first: PlainClass, last: PlainClass) -> bool:
 def _repeats(
     net: TimedNet, classes: Sequence[PlainClass], loop: Sequence[int], more: Sequence[int], rounds: int
 ) -> bool:
-    """Whether a number of further rounds enables and disables the same; later, no arc tells rounds apart."""
+    """Whether further rounds enable and disable the same; later, no arc distinguishes rounds."""
     for here, fired in zip(classes, loop, strict=False):
         between = list(here.marking)
         for place, weight in net.take.row(fired):

@@ -155,12 +155,12 @@ def require_one_clock(timed: TimedNet, flattened: Flattened) -> None:
 
     Each variant has a clock of its own. These are the clock of the transition where no variant stays enabled
     while another one fires, and none becomes enabled after another one. Both hold where all tokens that
-    guards tell apart there are single, and a single token is consumed.
+    guards distinguish there are single, and a single token is consumed.
 
     Raises
     ------
     GuardError
-        A transition has an interval, and guards tell apart tokens of which it may find several.
+        A transition has an interval, and guards distinguish tokens of which it may find several.
     """
     links = {link.target.id: link for link in flattened.trace}
     net = timed.untimed
@@ -189,7 +189,7 @@ def require_one_clock(timed: TimedNet, flattened: Flattened) -> None:
         source = links[net.transitions[number]].sources
         id = getattr(source[0], "id", net.transitions[number]) if source else net.transitions[number]
         raise GuardError(
-            f"transition {id} has an interval, and guards tell apart tokens of which it may find several",
+            f"transition {id} has an interval, and guards distinguish tokens of which it may find several",
             element=str(id),
             hint="give the places that it takes tokens from a capacity of 1",
         )

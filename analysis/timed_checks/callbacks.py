@@ -1,7 +1,7 @@
 """Callbacks that can wait forever in a net with times.
 
 A state class from which no class without the callback can be reached holds only states in which it waits
-forever. Linear classes do not tell the converse, so that every callback can end is proved in another way: no
+forever. Linear classes do not show the converse, so that every callback can end is proved in another way: no
 run stays in it forever, or its response time has a bound.
 
 Runs of a callback can overlap, so that it always runs although each run ends. If runs end again and again,

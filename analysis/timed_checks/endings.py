@@ -16,7 +16,7 @@ from dineros.analysis.timed_checks.timed_checked import TimedChecked, with_times
 from dineros.metamodel import pn, sym
 
 MOST_LOOKED_AT = 200
-"""Markings of which the causes are looked at; the rest are one group."""
+"""Limit of the markings whose causes are examined; the rest are one group."""
 
 
 class TimedDeadlock(Deadlock):
@@ -80,7 +80,7 @@ def _quiet(
     markings: np.ndarray[tuple[int, ...], np.dtype[np.int64]],
     of_signals: Collection[int],
 ) -> np.ndarray[tuple[int, ...], np.dtype[np.int64]]:
-    """Return the markings that enable only changes of signals, whatever the values of these are."""
+    """Return the markings that enable only changes of signals, with any values of these."""
     ids = {
         link.target.id
         for link in subject.links()

@@ -1,7 +1,7 @@
 """Every question of a check that can be asked of a net with its firing intervals.
 
-The largest state classes are built once. They tell all markings and all firings, so they answer what queues
-lose, what never happens and where the net ends. Stored properties are asked one by one. What cannot be
+The largest state classes are built once. They contain all markings and all firings, so they answer what
+queues lose, what never happens and where the net ends. Stored properties are asked one by one. What cannot be
 decided with times stays unknown, with its reason.
 """
 

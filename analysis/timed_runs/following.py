@@ -1,6 +1,6 @@
 """Which data is where in a run: each message carries the releases that led to it, and when they were.
 
-Histories and messages on their way keep their order, so that positions tell messages apart. A full history
+Histories and messages on their way keep their order, so that positions distinguish messages. A full history
 forgets its oldest message.
 """
 

@@ -55,8 +55,9 @@ def find_marking(
 ) -> Outcome:
     """Find a trace to a marking that fulfils a condition.
 
-    ``sift`` explores until it meets one, and writes the graph that it has seen; ``selt`` tells whether one
-    is in there and whether the graph is whole; ``pathto``, or else a counterexample of ``selt``, leads there.
+    ``sift`` explores until it meets one, and writes the graph that it has seen; ``selt`` reports whether it
+    contains one and whether the graph is complete; ``pathto``, or else a counterexample of ``selt``, leads
+    there.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """Walks that note the way to what they meet: a transition that is enabled, a deadlock, tokens that grow.
 
 A walk is repeated by its firings. So whatever is met far away has a firing sequence, however many markings
-lie between; it is a long one as a rule, and is shortened before anybody reads it.
+lie between; it is a long one as a rule, and is shortened before it is shown.
 """
 
 from __future__ import annotations

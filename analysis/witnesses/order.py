@@ -1,6 +1,6 @@
 """Whether the messages of a run leave queues in the order in which they came.
 
-If a flattened net does not keep the order of a queue whose messages guards tell apart, it may hand them
+If a flattened net does not keep the order of a queue whose messages guards distinguish, it may hand them
 over in any order. That is safe for proofs. A run, however, may need an order that no middleware has.
 """
 

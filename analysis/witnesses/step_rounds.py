@@ -44,7 +44,7 @@ class StepRound:
 
     @property
     def heading(self) -> str:
-        """What stands above steps that repeat."""
+        """The line above repeated steps."""
         what = "the next step" if len(self.steps) == 1 else f"the next {len(self.steps)} steps"
         later = f", {self.later} later each time" if self.later else ""
         return f"{what} {self.times} times{later}, up to step {self.last}:"

@@ -155,7 +155,7 @@ def _check_traces(folder: Path, nodes: list[str]) -> None:
     Raises
     ------
     DinerosError
-        There was no run, or the trace of a node has gone.
+        There was no run, or the trace of a node is missing.
     """
     from dineros.cli.running.ros import SUPERVISOR_LOG
     from dineros.metamodel.errors import DinerosError, Location

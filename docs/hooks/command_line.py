@@ -1,4 +1,4 @@
-"""The reference of the command line: what each command says of itself, put in while the guide is built."""
+"""The reference of the command line: the `--help` of each command, inserted while the guide is built."""
 
 from __future__ import annotations
 

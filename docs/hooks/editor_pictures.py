@@ -71,7 +71,7 @@ def drawn(file: Path, browser: Browser) -> dict[str, bytes]:
 
 
 def path(step: str, theme: str) -> str:
-    """Return where the picture of a step stands."""
+    """Return the path of the picture of a step."""
     return f"pictures/drawing-{step}{'' if theme == 'light' else '-dark'}.png"
 
 

@@ -73,8 +73,8 @@ def parse(text: str) -> Expression:
     Raises
     ------
     ClauseError
-        The text is not such an expression (`column` tells where), or it is longer than `MAX_LENGTH` or nested
-        deeper than `MAX_DEPTH`.
+        The text is not such an expression (`column` is its position), or it is longer than `MAX_LENGTH` or
+        nested deeper than `MAX_DEPTH`.
     """
     if len(text) > MAX_LENGTH:
         raise ClauseError(

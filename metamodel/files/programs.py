@@ -152,7 +152,7 @@ def load_program(path: Path) -> ModelProgram:
 
 
 def run_file(path: Path, name: str) -> ModuleType:
-    """Run a Python file that a user has written, and named; it may import what stands next to it.
+    """Run a Python file of a user; it may import modules next to it.
 
     Raises
     ------

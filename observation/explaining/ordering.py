@@ -18,7 +18,7 @@ MOST_ORDERS = 5_000
 """Limit of the sets of messages that may have been published before the others."""
 
 Early = int
-"""Messages published before earlier arrivals: bit `n` stands for the `n`-th open message."""
+"""Messages published before earlier arrivals: bit `n` is the `n`-th open message."""
 
 NONE: Early = 0
 

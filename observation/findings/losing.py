@@ -258,7 +258,7 @@ def _late(node: NodeFact) -> Iterator[tuple[Place, Finding]]:
             words = f"sleeps {total:g} s, and its period is {period:g} s: its ticks come late"
         elif unknown and others:
             words = (
-                f"sleeps for a time that the code does not tell ({unknown[0].what}), and its period is "
+                f"sleeps for a time that the code does not show ({unknown[0].what}), and its period is "
                 f"{period:g} s: if it sleeps as long, its ticks come late, and so does what it shares a "
                 f"thread or a group with ({', '.join(dict.fromkeys(others))})"
             )

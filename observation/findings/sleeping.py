@@ -15,7 +15,7 @@ def sleeps_of(body: Iterable[Item]) -> tuple[list[Effect], float]:
     """Return the sleeps that a run of a callback certainly has unless it ends early, and their seconds.
 
     A loop with an unknown number of iterations has one. Of two branches, the one that sleeps less counts, or
-    the one that goes on.
+    the one that continues.
 
     Examples
     --------

@@ -22,7 +22,7 @@ It is TOML. All parts are optional; given facts replace assumptions::
 
     [topic."/scan"]
     latency = [0, 0.002]                    # seconds that a message is on its way
-    publishers = ["/driver"]                # of a recording, which does not tell
+    publishers = ["/driver"]                # which a recording does not contain
     subscribers = ["/mapper"]
 
     [service."/plan"]                       # and the same of an action

@@ -50,7 +50,7 @@ class Traced:
     leads: defaultdict[tuple[Callback, str], Lead] = field(default_factory=lambda: defaultdict(Lead))
     """By callback and topic."""
     uncertain: Uncertain = field(default_factory=Uncertain)
-    """What the files do not tell."""
+    """What the files do not contain."""
     discarded: int = 0
     odd: int = 0
     """`discarded`, `odd`: as in `Tracing`."""

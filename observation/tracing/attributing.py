@@ -74,7 +74,7 @@ class Run:
     began: int = 0
     """When it began, in nanoseconds."""
     took: int | None = None
-    """Nanoseconds from its beginning to its end; None if the trace does not tell its end."""
+    """Nanoseconds from its beginning to its end; None if the trace does not contain its end."""
     waited: bool = False
     """Whether its thread ran another callback until then, for which it may have waited."""
 

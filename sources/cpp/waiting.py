@@ -183,7 +183,7 @@ class Waiting:
     def join(self, call: Call, thread: Made) -> Value:
         """Wait for the end of a thread: a callback that has started it does what the thread does.
 
-        A thread that has begun before usually ends by itself, as a callback tells it to.
+        A thread that has begun before usually ends by itself, when a callback requests it.
         """
         machine, began = self.machine, thread.fields.get(BEGAN)
         if machine.role in ("main", "constructor") or began == Const(0):

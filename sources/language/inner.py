@@ -46,7 +46,7 @@ def callback_key(function: Value) -> tuple[Hashable, ...]:
 def widen(callback: Callback, most: int) -> None:
     """Let a callback that has scheduled itself at least `most` times have any constants around it.
 
-    Objects that each turn makes again at one line count as the same. So the turns come to an end.
+    Objects that each turn makes again at one line count as the same. So the number of turns is finite.
     """
     function = callback.function
     before = [each for each in _parents(callback) if _is_again(each, callback)]

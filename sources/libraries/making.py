@@ -145,7 +145,7 @@ class Maker:
         return instance.node
 
     def used_as_node(self, value: Value | None) -> NodeFact | None:
-        """Return the node of a value that stands where a node is needed.
+        """Return the node of a value that is used as a node.
 
         An object of a class whose base is not in the folder is a node there.
         """

@@ -47,7 +47,7 @@ def test_a_key_may_have_to_stand_once() -> None:
     assert decode_json(text) == {"a": [{"b": 2}]}
     assert decode_json('{"a": {"b": 1}, "b": 1e3}', keys_once=True) == {"a": {"b": 1}, "b": 1000.0}
     for refused in (text, "9" * 5000):
-        with pytest.raises(JsonTextError, match=r"'b' stands twice in one object|5000 characters"):
+        with pytest.raises(JsonTextError, match=r"'b' occurs twice in one object|5000 characters"):
             decode_json(refused, keys_once=True)
 
 

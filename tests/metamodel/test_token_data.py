@@ -78,7 +78,7 @@ def test_refuses_what_does_not_fit(name: str, raw: object, message: str) -> None
     [
         ("{", "no JSON at column 2"),
         ("NaN", "no JSON: NaN is not a JSON number"),
-        ('{"a": 1, "a": 2}', "no JSON: 'a' stands twice in one object"),
+        ('{"a": 1, "a": 2}', "no JSON: 'a' occurs twice in one object"),
         ("[" * 100_000, "no JSON: nested too deep"),
         ("1" * 5000, "no JSON: Exceeds the limit"),
     ],

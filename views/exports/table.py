@@ -28,7 +28,7 @@ def export(builder: TraceBuilder) -> bytes:
     """Return a trace as CSV (RFC 4180, but lines end as on Unix).
 
     ``time`` is in seconds since the epoch, or from the start of a schedule; ``change``, ``signals`` (all
-    values after the step) and ``details`` are JSON objects; ``loop`` tells whether the step repeats forever.
+    values after the step) and ``details`` are JSON objects; ``loop`` is whether the step repeats forever.
     In a schedule, the step can happen from ``earliest`` to ``latest``, which is empty if it can be any time
     later.
     """

@@ -20,7 +20,7 @@ Waiting: TypeAlias = "asyncio.Queue[str | None]"
 
 
 class Streams:
-    """Distributes messages to pages, given their queues; calls `changed` when a page has come or gone."""
+    """Distributes messages to pages, given their queues; calls `changed` when pages connect or disconnect."""
 
     def __init__(self, changed: Callable[[], None] = lambda: None) -> None:
         self._changed = changed

@@ -22,7 +22,7 @@ _ARTICLES = {"text": "a text", "boolean": "true or false", "integer": "an intege
 def misfit(place: str, data: Data, fields: Mapping[str, FieldType]) -> str | None:
     """Return the first field of a token whose value the field cannot have, in words; None: all fit.
 
-    Fields that the record does not tell fit, and values that are stored outside of the trace.
+    Fields that the record does not contain match, as do values stored outside of the trace.
 
     Examples
     --------

@@ -41,7 +41,7 @@ def load(_, array, at):
 
 @_for_kernels
 def compare_and_swap(_, array, at, old, new):
-    """Write `new` where `old` stands; whether it stood there."""
+    """Replace `old` by `new` if it is there; return whether it was."""
 
     def code(context, builder, signature, arguments):
         pointer = _pointer(context, builder, signature.args[0], arguments[0], [arguments[1]])

@@ -145,7 +145,7 @@ class FollowedEngine:
             self._pass_on(each, self._marker(each))
 
     def _onward(self, name: str) -> list[str]:
-        """Return the places where a transition puts the data that it takes, if that goes on from there."""
+        """Return the places where a transition puts the data that it takes, if they lead on."""
         onward = [each for each in self._net.original(name).put if each in self._leading]
         if self._target or name not in self._moves:
             return onward

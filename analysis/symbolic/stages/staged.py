@@ -3,8 +3,8 @@
 Saturation makes fixed points from the bottom up, and the events that touch a high level come last. If all
 components share a few variables, such as those of a mutual exclusion protocol, these must be at the top, as
 the diagram of all markings is small then. But nearly all events touch them, so saturation of the top level
-explores all components at once. The sets it meets say who was when before whom, and are far larger than the
-set of all markings, in which this is forgotten.
+explores all components at once. The intermediate sets record the order of the processes, so they are far
+larger than the set of all markings.
 
 Here the events belong to stages. Stage n has the events of component n. When those of a stage are added, the
 set is closed under the events of each stage so far, the latest ones first, until none adds a marking. The set

@@ -122,7 +122,7 @@ def _observed(net: TimedNet, formula: Bounded, atoms: BoundAtoms) -> Watched:
 def _watchers(formula: Bounded, armed: str) -> Iterable[Watcher]:
     """Yield what measures the window.
 
-    ``b`` is to come: it is looked at from the beginning of the window on. A run arms the observer before the
+    ``b`` must come: it is tested from the beginning of the window. A run arms the observer before the
     first moment of the window, after all that happens before; the window is over once it can be.
 
     ``b`` is to hold: a look in the window shows what is there then, or the window is open for firings.

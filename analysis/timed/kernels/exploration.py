@@ -1,7 +1,7 @@
 """Kernels of the search through state classes.
 
 The successors of some classes are first written to a list, and then stored: in the order of the classes and
-of their transitions, so that the result does not depend on how many classes are looked at together.
+of their transitions, so that the result does not depend on how many classes are processed together.
 """
 
 from __future__ import annotations

@@ -32,7 +32,7 @@ NEVER = "never"
 REST = "rest"
 """Prefix of the places that stand for others."""
 MOST_SUMS = 200
-"""Weighted sums that are looked at."""
+"""Limit of the weighted sums that are examined."""
 
 
 def restricted(net: TimedNet, kept: Iterable[int]) -> TimedNet | None:

@@ -23,7 +23,7 @@ from dineros.analysis.nets.compiled import Transition
 from dineros.analysis.timed.nets import TimedNet
 
 MOST = 0.7
-"""Part of the transitions of a net that a part may have, to be looked at on its own."""
+"""Maximum share of the transitions of a net in a part that is analysed alone."""
 
 
 @dataclass(frozen=True)

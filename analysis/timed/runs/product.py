@@ -30,7 +30,7 @@ class ClassProduct:
     """The product of a graph and an automaton: states are class * states + state of the automaton.
 
     A run that waits forever never fires again. So waiting leads to a copy of the class, which is never left:
-    else *next*, and ``fired(t)``, could tell a run that waits for a while from one that does not.
+    else *next*, and ``fired(t)``, could distinguish a run that waits for a while from one that does not.
 
     Parameters
     ----------

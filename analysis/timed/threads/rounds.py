@@ -1,6 +1,6 @@
 """Rounds of the search through state classes: several threads expand many classes together.
 
-Numbers of classes, edges and markings are those that one thread gives; `kernels.rounds` tells how.
+Numbers of classes, edges and markings are those that one thread gives; `kernels.rounds` describes how.
 """
 
 from __future__ import annotations

@@ -174,7 +174,7 @@ def _implies(premise: Disjunctions, conclusion: Disjunctions, known: Mapping[str
 
 @constraint("{it} has the literal {found} twice", fix="set the clause from its text again")
 def disjunction_literals_distinct(disjunction: sym.Disjunction, index: Index) -> Outcome:
-    """No literal stands twice in a disjunction."""
+    """No literal occurs twice in a disjunction."""
     known = set()
     for literal in disjunction.literals:
         key = (literal.signal, literal.negated, literal.value)

@@ -86,7 +86,7 @@ class _PnmlReader:
         self._taken: list[tuple[Record, etree._Element]] = []
         """Arcs whose id another element has, and that element."""
         self._loose = PageRecord("", None, root, kind="page")
-        """Holds what stands outside of pages."""
+        """Holds elements outside of pages."""
 
     def read(self) -> NetRecord:
         root, source = self._net.root, self._source

@@ -130,7 +130,7 @@ def children(element: etree._Element) -> Iterator[etree._Element]:
 
 
 def child(element: etree._Element, name: str) -> etree._Element | None:
-    """Return the first child with this local name, in whatever namespace, or None."""
+    """Return the first child with this local name, in any namespace, or None."""
     return next((found for found in children(element) if local(found) == name), None)
 
 

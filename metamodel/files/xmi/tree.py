@@ -229,7 +229,7 @@ class TreeReader:
                 raise self._unknown(node, information, name)
 
     def _child_value(self, child: etree._Element, element: EObject, feature: Feature) -> None:
-        """Read an attribute or a reference that stands as an element of its own."""
+        """Read an attribute or a reference that is an element of its own."""
         if len(child):
             raise self._error(child[0], f"{feature.name} of {describe(element)} cannot hold elements")
         href = child.get("href")

@@ -49,7 +49,7 @@ class Headers:
         return {each for each in found if _nearness(path, each) == near}
 
     def _is_ros_1(self, path: str) -> bool:
-        """Return whether a file is for ROS 1, such as one that stands next to another for ROS 2."""
+        """Return whether a file is for ROS 1, such as one next to another for ROS 2."""
         named = self.includes.get(path, ())
         return "ros/ros.h" in named and not any(each.startswith("rclcpp/") for each in named)
 

@@ -225,7 +225,7 @@ def _assigned(body: list[ast.stmt]) -> frozenset[str]:
 
 
 def _only_runs(test: ast.expr) -> bool:
-    """Return whether the test of a loop only says that it goes on while ROS runs."""
+    """Return whether the test of a loop only requires that ROS runs."""
     return asks_for_shutdown(test) or (isinstance(test, ast.Constant) and bool(test.value))
 
 

@@ -51,7 +51,7 @@ def _leaves(block: list[Item]) -> bool:
 
 
 def _least(block: list[Item]) -> tuple[float, float, float]:
-    """Return the least seconds until a block falls through, its function returns, its loop goes on."""
+    """Return the least seconds until a block falls through, its function returns, its loop continues."""
     falls, returns, goes_on = 0.0, inf, inf
     for item in block:
         if isinstance(item, Leave):

@@ -44,7 +44,7 @@ class Poll:
     asked: list[tuple[Object, str]]
     """The attributes with their objects; empty if it asks for other variables, too."""
     goes_on: bool | None
-    """Whether the loop goes on with the present values; False: it never begins."""
+    """Whether the loop continues with the present values; False: it never begins."""
     is_quiet: bool
     """Whether its body only sleeps, publishes and writes into the log: no exception is its end."""
     sleeps_until: bool
@@ -108,7 +108,7 @@ class Polling(Asking):
         return any(isinstance(frame.names.get(name), Open) for name in names)
 
     def _goes_on(self, node: ast.While, tests: Iterable[ast.expr], frame: Frame) -> bool | None:
-        """Return whether a loop goes on, with the values that attributes have in the whole program.
+        """Return whether a loop continues, with the values that attributes have in the whole program.
 
         True: no test ends it; False: it never begins; None: not known.
         """

@@ -71,7 +71,7 @@ class Late:
             fact.executor, fact.threads, fact.spun, fact.pool = UNSPUN, "not spun", 0, 0
 
     def _may_end(self, first: _Spin) -> bool:
-        """Return whether code may end the first spin and go on."""
+        """Return whether code may end the first spin and continue."""
         machine = self._machine
         modules = [module for path in machine.frames if (module := machine.modules.module(path)) is not None]
         others = _other_objects(module.tree for module in modules)

@@ -115,7 +115,7 @@ class A8More(StandardRule, phase=Phase.goals):
     ask = transition(
         "{action.id}.client.{client.client}.more",
         means=Meaning(
-            "{client} asks to cancel more goals of action {action} than are under way: one request is gone",
+            "{client} asks to cancel too many goals of action {action}: one request is discarded",
             step=Cancel,
             part="more",
         ),

@@ -80,7 +80,7 @@ class D1Late(StandardRule, phase=Phase.beginnings, middleware="ros2", times=True
 
 
 class D1Managed(StandardRule, phase=Phase.lifecycle, middleware="ros2", times=True):
-    """The timer of a managed node runs while the node is configured; a tick that comes later is gone."""
+    """The timer of a managed node runs while the node is configured; a tick that comes later is lost."""
 
     page = Node(sym.CallbackPage, kind="timer")
     node = Node(sym.NodeNet, of=ancestor(page, sym.NodeNet))
