@@ -19,6 +19,7 @@ from dineros.analysis.symbolic.levels import LevelSizeError, UnknownBoundError
 from dineros.analysis.witnesses.findings import Fault
 from dineros.analysis.witnesses.witness import pumping_witness
 from dineros.metamodel import sym
+from dineros.metamodel.errors import counted
 
 if TYPE_CHECKING:
     from dineros.analysis.nets.coverability import Pumping
@@ -117,7 +118,7 @@ class _SpaceSearch:
         checked.report.by = "decision diagrams: all markings, made once for all questions"
         checked.report.proved.append(
             f"the net is bounded: {space.markings} markings without signals, "
-            f"at most {max(space.largest_place(), default=0)} tokens in a place"
+            f"at most {counted(max(space.largest_place(), default=0), 'token')} in a place"
         )
         return ""
 

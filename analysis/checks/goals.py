@@ -97,8 +97,8 @@ class Goals(Question):
     OVERTAKEN = Fault(
         "goals-overtake",
         "note",
-        "Of two goals of a client, the one accepted later can be over first.",
-        "goals of {client} of action {action} can overtake each other: one accepted later can be over first",
+        "Of two goals of a client, the one accepted later can end first.",
+        "goals of {client} of action {action} can overtake each other: one accepted later can end first",
     )
     NOT_FETCHED = Fault(
         "result-not-fetched",
@@ -139,9 +139,9 @@ class Goals(Question):
         """Put into the report that no goal waits forever."""
         losses = [each for client in clients for each in client.losses]
         if can_fire(checked, losses) is False:
-            checked.report.proved.append("every goal that was sent can be over")
+            checked.report.proved.append("every goal that was sent can end")
         else:
-            checked.report.proved.append("every goal that is accepted can be over")
+            checked.report.proved.append("every goal that is accepted can end")
 
     def _without_space(self, checked: Checked, clients: Sequence[_Client], before: int) -> None:
         """Look for goals that can wait forever in parts of the net.

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from dineros.analysis.checks.question import Checked, Question
 from dineros.analysis.model.queues import queues
 from dineros.analysis.witnesses.findings import Fault
+from dineros.metamodel.errors import counted
 
 if TYPE_CHECKING:
     from dineros.analysis.properties.recurrence import Recurrence
@@ -74,7 +75,7 @@ class Repetition(Question):
         else:
             found.append(self.NOT_REVERSIBLE.found(checked.identity))
         if answer.home_markings:
-            proved.append(f"{answer.home_markings} home markings can always be reached")
+            proved.append(f"{counted(answer.home_markings, 'home marking')} can always be reached")
         else:
             found.append(self.NO_HOME_MARKING.found(checked.identity))
 

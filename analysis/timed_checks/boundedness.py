@@ -18,6 +18,7 @@ from dineros.analysis.timed_checks.timed_walks import walk_in_time, walk_late, w
 from dineros.analysis.timed_checks.without_times import WithoutTimes, time_goes_on, without_times
 from dineros.analysis.witnesses.witness import pumping_witness
 from dineros.metamodel import sym
+from dineros.metamodel.errors import counted
 from dineros.metamodel.guards.using import guarded
 
 FIRST = Share(time=0.1, most_seconds=5.0)
@@ -216,12 +217,12 @@ class TimedBoundedness(Question):
             markings = explored.markings
             report.proved.append(
                 f"the net is bounded with its times: {len(markings)} markings, "
-                f"at most {int(markings.max(initial=0))} tokens in a place"
+                f"at most {counted(int(markings.max(initial=0)), 'token')} in a place"
             )
         elif proof is not None and proof.most is not None:
             how, count = ("even without", f"{proof.markings} markings, ") if proof.markings else ("with", "")
             report.proved.append(
-                f"the net is bounded {how} its times: {count}at most {proof.most} tokens in a place"
+                f"the net is bounded {how} its times: {count}at most {counted(proof.most, 'token')} in a place"
             )
         else:
             known.leave_open("whether the net is bounded", explored.reason)

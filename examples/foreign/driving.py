@@ -1,4 +1,4 @@
-"""What drives: who wants to be somewhere, who plans the way, who follows it, and the wheels."""
+"""Nodes that drive the robot: commander, planner, follower and wheels."""
 
 from perception import LATCHED
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
@@ -9,7 +9,7 @@ from std_srvs.srv import Trigger
 
 
 class Planner(Node):
-    """Plans a path when asked; asks for that, while it is asked, where the robot is.
+    """Plans a path on request; for that, it calls another service for the position of the robot.
 
     With one thread this waits forever. Fixed, it has a callback group and a thread that take the answer.
     """
@@ -33,7 +33,7 @@ class Planner(Node):
 
 
 class Commander(Node):
-    """Wants a new path now and then, and continues meanwhile."""
+    """Requests a new path from time to time, without waiting for it."""
 
     def __init__(self) -> None:
         super().__init__("commander")
@@ -53,7 +53,7 @@ class Commander(Node):
 
 
 class Driver(Node):
-    """Says to the wheels how fast to turn."""
+    """Sends the speed to the wheels."""
 
     def __init__(self) -> None:
         super().__init__("driver")
@@ -69,7 +69,7 @@ class Driver(Node):
 
 
 class Base(Node):
-    """Turns the wheels, and says how far they went."""
+    """Turns the wheels, and publishes the distance."""
 
     def __init__(self) -> None:
         super().__init__("base")

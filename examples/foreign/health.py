@@ -1,4 +1,4 @@
-"""What looks after the robot: its battery, and who watches it."""
+"""Nodes that supervise the robot: battery and monitor."""
 
 from perception import LATCHED
 from rclpy.node import Node
@@ -8,7 +8,7 @@ from std_srvs.srv import Trigger
 
 
 class Battery(Node):
-    """Tells its level now and then, and to whom asks."""
+    """Publishes its level from time to time, and on request."""
 
     def __init__(self) -> None:
         super().__init__("battery")
@@ -25,7 +25,7 @@ class Battery(Node):
 
 
 class Monitor(Node):
-    """Hears of missions and ways; wants the last level of the battery, which keeps none, unless fixed."""
+    """Receives missions and paths; requests the last level of the battery, which keeps none unless fixed."""
 
     def __init__(self, *, fixed: bool = False) -> None:
         super().__init__("monitor")

@@ -1,4 +1,4 @@
-"""What makes sense of it: obstacles, where the robot is, and a map."""
+"""Nodes that evaluate sensor data: obstacles, position and map."""
 
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
@@ -9,7 +9,7 @@ LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class Detector(Node):
-    """Looks for obstacles in pictures; asks for more than the camera offers, unless it is fixed."""
+    """Finds obstacles in images; requests a stricter QoS than the camera offers, unless it is fixed."""
 
     def __init__(self, *, fixed: bool = False) -> None:
         super().__init__("detector")
@@ -21,7 +21,7 @@ class Detector(Node):
 
 
 class Localizer(Node):
-    """Tells with each scan where the robot is, and to whom asks."""
+    """Publishes the position of the robot with each scan, and on request."""
 
     def __init__(self) -> None:
         super().__init__("localizer")
@@ -43,7 +43,7 @@ class Localizer(Node):
 
 
 class Mapper(Node):
-    """Draws a map of what the lidar sees."""
+    """Makes a map from the scans of the lidar."""
 
     def __init__(self) -> None:
         super().__init__("mapper")

@@ -23,7 +23,7 @@ from sensors import Camera, Imu, Lidar
 
 
 def nodes(fixed: bool) -> dict[str, Callable[[], Node]]:
-    """Return what makes each node."""
+    """Return the constructor of each node."""
     return {
         "lidar": Lidar,
         "camera": Camera,
@@ -50,7 +50,7 @@ def spin(name: str, make: Callable[[], Node], fixed: bool) -> None:
 
 
 def main() -> None:
-    """Start the nodes that the command line names; all, where it names none."""
+    """Start the nodes that the command line names; by default, all."""
     fixed = "--mended" in sys.argv
     known = nodes(fixed)
     wanted = [word for word in sys.argv[1:] if word in known] or list(known)

@@ -1,4 +1,4 @@
-"""What sees: a lidar, a camera, and what feels how the robot moves."""
+"""Sensors: a lidar, a camera and an IMU."""
 
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
@@ -18,7 +18,7 @@ class Lidar(Node):
 
 
 class Camera(Node):
-    """Takes a picture now and then, which may get lost."""
+    """Publishes an image from time to time, best effort."""
 
     def __init__(self) -> None:
         super().__init__("camera", namespace="sensors")
@@ -30,7 +30,7 @@ class Camera(Node):
 
 
 class Imu(Node):
-    """Feels how the robot turns."""
+    """Publishes the rotation of the robot."""
 
     def __init__(self) -> None:
         super().__init__("imu", namespace="sensors")

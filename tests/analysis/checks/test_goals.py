@@ -54,7 +54,7 @@ def last_step(finding: Finding) -> str:
 def test_goals_that_come_to_an_end() -> None:
     report = asked(deliveries(2, 1, cancels=0))
     assert report.findings == []
-    assert "every goal that was sent can be over" in report.proved
+    assert "every goal that was sent can end" in report.proved
 
 
 def test_a_goal_that_is_never_over() -> None:
@@ -169,8 +169,7 @@ def test_goals_that_overtake_each_other() -> None:
     channel_of(model).clients[0].outstanding = 2
     (finding,) = of_rule(asked(model), "goals-overtake")
     assert finding.message == (
-        "goals of client office0 of action /deliver can overtake each other: "
-        "one accepted later can be over first"
+        "goals of client office0 of action /deliver can overtake each other: one accepted later can end first"
     )
     assert finding.witness is not None
     accepted = [step.text for step in finding.witness.steps if "accepts" in step.text]
@@ -292,8 +291,8 @@ def test_markings_without_end() -> None:
     report, expected = asked(counting), asked(model)
     assert of_rule(report, "cancel-too-late")
     assert {finding.rule for finding in report.findings} >= {finding.rule for finding in expected.findings}
-    ends = [text for text in expected.proved if "can be over" in text]
-    assert ends and [text for text in report.proved if "can be over" in text] == ends
+    ends = [text for text in expected.proved if "can end" in text]
+    assert ends and [text for text in report.proved if "can end" in text] == ends
     assert not [each for each in report.unknown if "goals can wait forever" in str(each)]
 
 
@@ -474,7 +473,7 @@ def test_goals_of_a_client_that_does_not_wait_are_lost() -> None:
         "result history of client hasty of action /deliver can overflow: a result is lost",
         "answer history of client hasty of action /deliver can overflow: an answer to a goal is lost",
     ]
-    assert "every goal that is accepted can be over" in report.proved and not report.unknown
+    assert "every goal that is accepted can end" in report.proved and not report.unknown
     port.outstanding = 2
     believed = check(model, questions=[Boundedness(), Overflow(), Goals()])
     assert not of_rule(believed, "queue-overflow")

@@ -131,7 +131,7 @@ def test_tokens_that_grow_for_ever_are_found_with_a_loop_that_has_a_schedule() -
     assert found(check(quick), "unbounded")
     report = check_timed(quick)
     assert not found(report, "unbounded") and not report.unknown
-    assert "the net is bounded with its times: 2 markings, at most 1 tokens in a place" in report.proved
+    assert "the net is bounded with its times: 2 markings, at most 1 token in a place" in report.proved
 
 
 def test_a_loop_that_further_tokens_change_is_not_taken_for_growth() -> None:
