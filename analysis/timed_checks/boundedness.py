@@ -222,7 +222,8 @@ class TimedBoundedness(Question):
         elif proof is not None and proof.most is not None:
             how, count = ("even without", f"{proof.markings} markings, ") if proof.markings else ("with", "")
             report.proved.append(
-                f"the net is bounded {how} its times: {count}at most {counted(proof.most, 'token')} in a place"
+                f"the net is bounded {how} its times: {count}"
+                f"at most {counted(proof.most, 'token')} in a place"
             )
         else:
             known.leave_open("whether the net is bounded", explored.reason)
