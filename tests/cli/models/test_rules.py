@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -21,6 +22,12 @@ def test_the_list_holds_every_rule_by_family(run: Run) -> None:
         assert family.title in result.stdout.splitlines()
         for rule in family.rules:
             assert f"\n  {name_of(rule)} " in result.stdout
+
+
+def test_the_list_describes_each_rule_alone(run: Run) -> None:
+    first = re.compile(r"(So|It|Its|They|Nor|And|Otherwise|One that|Such|None of|Also) ")
+    rows = json.loads(run("rules", "--json").stdout)["rules"]
+    assert [row["name"] for row in rows if first.match(row["says"])] == []
 
 
 def test_the_list_as_json(run: Run) -> None:
