@@ -16,8 +16,23 @@ TOO_LATE = Fault(
 STOPS = Fault(
     "time-stops",
     "error",
-    "Transitions that must fire at once fire infinitely often in no time.",
+    "Transitions that must fire at once fire infinitely often in no time, or priorities keep one that has to "
+    "fire from firing.",
     "time can stop: {loop} can fire again and again in no time",
+)
+HELD = Fault(
+    "time-stops",
+    "error",
+    "Transitions with priority keep one that has to fire from firing, again and again.",
+    "time can stop: {loop} can fire again and again, and by priority keep {held} from firing, which has to "
+    "fire before time continues",
+)
+MAY_STOP = Fault(
+    "loop-in-no-time",
+    "note",
+    "Transitions with a latest bound can fire infinitely often in no time, as their intervals begin at 0.",
+    "{loop} can fire again and again in no time, as their intervals begin at 0; they need not, so time can "
+    "continue",
 )
 LOCKED = Fault(
     "time-lock",
@@ -38,5 +53,5 @@ SKIPS_TICKS = Fault(
     "the timer of {callback} can lose ticks: its callback can begin only in some states",
 )
 
-TIMED_FAULTS = FAULTS | {fault.rule: fault for fault in (TOO_LATE, STOPS, LOCKED, LOSES_TICKS)}
+TIMED_FAULTS = FAULTS | {fault.rule: fault for fault in (TOO_LATE, STOPS, MAY_STOP, LOCKED, LOSES_TICKS)}
 """All that a check with times may find, by its rule."""

@@ -60,12 +60,12 @@ def all_take_finite_time(graph: TimedGraph, edges: Int64Array, part: Int64Array)
     for t, interval in enumerate(graph.net.intervals):
         if interval.latest is not None and not decided.all():
             stays = np.ones(parts, dtype=np.bool_)
-            stays[part[~_keeps_clock(graph, edges, t)]] = False
+            stays[part[~keeps_clock(graph, edges, t)]] = False
             decided |= stays
     return bool(decided.all())
 
 
-def _keeps_clock(graph: TimedGraph, edges: Int64Array, transition: int) -> Flags:
+def keeps_clock(graph: TimedGraph, edges: Int64Array, transition: int) -> Flags:
     """Return by edge whether a transition is enabled before and after it, and its clock continues."""
     net, label = graph.net, graph.label[edges]
     keeps = (label != WAITING) & (label != transition)

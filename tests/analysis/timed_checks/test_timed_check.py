@@ -20,7 +20,7 @@ from dineros.analysis.timed_checks.faults_of_time import NO_LOOP
 from dineros.analysis.timed_checks.timed_check import check_timed
 from dineros.analysis.witnesses.findings import Finding, Report
 from dineros.metamodel import pn, sym
-from dineros.metamodel.build import flow, inhibit, read
+from dineros.metamodel.build import flow, inhibit, node_net, place, read, step
 from dineros.metamodel.elements import find, node_net_of
 from dineros.metamodel.errors import DinerosError
 from tests.analysis.timed.time_nets import RandomNet, lively_net
@@ -192,6 +192,74 @@ def test_time_stops_in_a_loop_of_firings_at_once() -> None:
     assert not found(report, "time-stops")
     assert "no loop of firings happens in no time" not in report.proved  # it can, if nothing waits
     assert NO_LOOP in report.proved
+
+
+@pytest.mark.parametrize(
+    ("back", "is_noted"), [((0, 1), True), ((0, 0.5), True), ((0.5, 1), False), ((0, None), False)]
+)
+def test_a_loop_that_may_take_no_time_is_a_note(back: tuple[float, float | None], is_noted: bool) -> None:
+    net = plain_net(
+        ("start", "s", "p", 2, 3),
+        ("a", "p", "q", 0, 0),
+        ("b", "q", "p", *back),
+        ("end", "z", "", 9, 9),
+        tokens="s z",
+    )
+    report = check_timed(net)
+    notes = found(report, "loop-in-no-time")
+    assert bool(notes) == is_noted and not found(report, "time-stops") and NO_LOOP in report.proved
+    for note in notes:
+        assert (note.severity, note.elements) == ("note", ("a", "b"))
+        assert note.witness is not None and note.witness.loop == 1
+        assert {step.time and step.time.at for step in note.witness.steps} == {2.0}
+
+
+def test_a_loop_of_open_intervals_takes_time() -> None:
+    net = plain_net(("a", "p", "q", 0, 0), ("b", "q", "p", 0, 1), tokens="p")
+    find(net, "b", pn.Transition).interval.earliestExcluded = True  # type: ignore[union-attr]
+    report = check_timed(net)
+    assert not found(report, "loop-in-no-time") and not found(report, "time-stops")
+
+
+def test_a_system_model_has_no_such_note() -> None:
+    model = sym.SystemModel(id="robot")
+    node = node_net(model, "node")
+    p, q = place(node, "p", tokens=1), place(node, "q")
+    for name, source, target in (("a", p, q), ("b", q, p)):
+        step(node, name, [source], [target]).interval = pn.TimeInterval(earliest=0.0, latest=1.0)
+    report = check_timed(model)
+    assert NO_LOOP in report.proved and not found(report, "loop-in-no-time")
+
+
+def held(*higher: str, loop: tuple[float, float | None] = (0, None)) -> pn.Net:
+    """Return a net in which `work` has to fire within 1, and a loop of two others has priority over it."""
+    net = plain_net(
+        ("start", "s", "r p", 2, 3),
+        ("a", "p", "q", *loop),
+        ("b", "q", "p", *loop),
+        ("work", "r", "s2", 1, 1),
+        tokens="s",
+    )
+    for name in higher:
+        find(net, name, pn.Transition).overrides.append(find(net, "work", pn.Transition))
+    return net
+
+
+def test_priorities_that_keep_time_from_going_on() -> None:
+    (finding,) = found(check_timed(held("a", "b")), "time-stops")
+    assert sorted(finding.elements) == ["a", "b", "work"]
+    assert "keep work from firing, which has to fire" in finding.message
+    assert finding.witness is not None and finding.witness.loop is not None
+    repeated = finding.witness.steps[finding.witness.loop :]
+    assert {step.transition for step in repeated} == {"a", "b"}
+
+
+@pytest.mark.parametrize(
+    "net", [held("a"), held(), held("a", "b", loop=(0.5, None)), held("a", "b", loop=(0.25, 2))]
+)
+def test_priorities_that_give_others_their_turn(net: pn.Net) -> None:
+    report = check_timed(net)
+    assert not found(report, "time-stops") and not report.unknown
 
 
 def test_tokens_that_grow_at_once_stop_time_too() -> None:
