@@ -49,6 +49,11 @@ class StandingTime:
     def __init__(self, explored: Explored, budget: Budget) -> None:
         self._explored, self._net = explored, explored.net
         self._budget = budget
+        self._hasty = [
+            t
+            for t, interval in enumerate(explored.net.intervals)
+            if interval.earliest == 0 and not interval.is_open_below
+        ]
 
     def at_once(self) -> Loop | None:
         """Return a loop of transitions that fire as soon as they are enabled: their interval is ``[0,0]``.
@@ -68,11 +73,7 @@ class StandingTime:
 
     def that_may_wait(self) -> Loop | None:
         """Return a loop of transitions with latest bounds that may fire at once; none with priorities."""
-        may = [
-            t
-            for t, interval in enumerate(self._net.intervals)
-            if interval.earliest == 0 and not interval.is_open_below and interval.latest is not None
-        ]
+        may = [t for t in self._hasty if self._net.intervals[t].latest is not None]
         return None if self._net.has_priorities else self._loop_of_markings(may)
 
     def that_holds(self) -> tuple[Loop, int] | None:
@@ -106,7 +107,8 @@ class StandingTime:
     def _may_be_held(self) -> list[int]:
         """Return transitions that have to fire, if markings enable them in a loop with one that goes before.
 
-        If there are none, no graph of classes has to be built.
+        At the latest bound of what waits, all firings of the loop take no time. If there are no such
+        transitions, no graph of classes has to be built.
         """
         net, markings = self._net, self._explored.markings
         below = [
@@ -114,7 +116,7 @@ class StandingTime:
         ]
         if not below:
             return []
-        source, target, label = _moves(net, markings, range(len(net.intervals)))
+        source, target, label = _moves(net, markings, self._hasty)
         found = []
         for t in below:
             waits = np.zeros(len(markings), dtype=np.bool_)

@@ -262,6 +262,16 @@ def test_priorities_that_give_others_their_turn(net: pn.Net) -> None:
     assert not found(report, "time-stops") and not report.unknown
 
 
+def test_classes_are_built_only_for_loops_that_may_take_no_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: object) -> None:
+        raise AssertionError("a graph is built")
+
+    monkeypatch.setattr("dineros.analysis.timed_checks.standing_time.timed_graph", refuse)
+    report = check_timed(held("a", "b", loop=(0.5, None)))
+    assert not report.unknown and not report.failures
+    assert check_timed(held("a", "b")).failures
+
+
 def test_tokens_that_grow_at_once_stop_time_too() -> None:
     net = plain_net(("burst", "on", "on heap", 0, 0), tokens="on")
     report = check_timed(net)
