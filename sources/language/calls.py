@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from dineros.sources.branches import Called
 from dineros.sources.facts import Item
@@ -41,6 +41,19 @@ from dineros.sources.language.values import (
 from dineros.sources.places import Place
 
 
+@dataclass
+class _Invocation:
+    """A call of a function of the program."""
+
+    function: Function
+    args: list[Value]
+    keys: dict[str, Value]
+    node: ast.AST
+    frame: Frame
+    instance: Value | None = None
+    """The object whose method it is."""
+
+
 class Interpreter(Instances):
     """An interpreter of one program over values that are partly known.
 
@@ -71,10 +84,11 @@ class Interpreter(Instances):
                     found.append(self.call(each, list(args), dict(keys), node, frame))
             return join(found)
         if isinstance(function, Function):
-            return self._function(function, args, keys, node, frame, None)
+            return self._function(_Invocation(function, args, keys, node, frame))
         if isinstance(function, Bound):
+            of_instance = [function.instance, *args]
             return self._function(
-                function.function, [function.instance, *args], keys, node, frame, function.instance
+                _Invocation(function.function, of_instance, keys, node, frame, function.instance)
             )
         if isinstance(function, Partial):
             return self.call(
@@ -94,7 +108,7 @@ class Interpreter(Instances):
         if isinstance(function, Object):
             inner = self.look_up(function.cls, "__call__")
             if isinstance(inner, Function):
-                return self._function(inner, [function, *args], keys, node, frame, function)
+                return self._function(_Invocation(inner, [function, *args], keys, node, frame, function))
         if isinstance(function, Made) and function.path == "collections.namedtuple":
             return self.named_tuple(function, args, keys, node, frame)
         if isinstance(function, Made):
@@ -147,46 +161,32 @@ class Interpreter(Instances):
                 each.is_open = True
             self.escape(each)
 
-    def _function(
-        self,
-        function: Function,
-        args: list[Value],
-        keys: dict[str, Value],
-        node: ast.AST,
-        frame: Frame,
-        instance: Value | None,
-    ) -> Value:
+    def _function(self, call: _Invocation) -> Value:
+        function, node, frame = call.function, call.node, call.frame
         if isinstance(function.node, ast.AsyncFunctionDef) and node is self.unused:
             self.effect("forgets", function.name, node, frame)
             return Open(short(node))
         if function.registered:
-            return self._one_of(function, args, keys, node, frame, instance)
+            return self._one_of(call)
         if _is_generator(function) and not function.decorators:
-            return Generator(function, args, keys, instance)
+            return Generator(function, call.args, call.keys, call.instance)
         if not function.around:
-            return self._body(function, args, keys, node, frame, instance)
+            return self._body(call)
         for each in function.around:
             self.library.enter(each, "", node, frame)
-        found = self._body(function, args, keys, node, frame, instance)
+        found = self._body(call)
         for each in reversed(function.around):
             self.library.leave(each, node, frame)
         return found
 
-    def _one_of(
-        self,
-        function: Function,
-        args: list[Value],
-        keys: dict[str, Value],
-        node: ast.AST,
-        frame: Frame,
-        instance: Value | None,
-    ) -> Value:
+    def _one_of(self, call: _Invocation) -> Value:
         """Call a function of ``functools.singledispatch``: the one for the type of the argument."""
         found = []
-        for each in [replace(function, registered=[]), *function.registered]:
+        for each in [replace(call.function, registered=[]), *call.function.registered]:
             with self.perhaps():
                 if isinstance(each, Function):
-                    found.append(self._function(each, list(args), dict(keys), node, frame, instance))
+                    again = replace(call, function=each, args=list(call.args), keys=dict(call.keys))
+                    found.append(self._function(again))
         return join(found)
 
     def drawn(self, value: Value, node: ast.AST, frame: Frame) -> Value:
@@ -214,23 +214,17 @@ class Interpreter(Instances):
         found: list[Value] = []
         for each in options(value):
             if isinstance(each, Generator):
-                found.append(self._body(each.function, each.args, each.keys, node, frame, each.instance))
+                call = _Invocation(each.function, each.args, each.keys, node, frame, each.instance)
+                found.append(self._body(call))
             else:
                 found.append(self.drawn_late(each) if isinstance(each, LateItems) else each)
         return join(found)
 
-    def _body(
-        self,
-        function: Function,
-        args: list[Value],
-        keys: dict[str, Value],
-        node: ast.AST,
-        frame: Frame,
-        instance: Value | None,
-    ) -> Value:
+    def _body(self, call: _Invocation) -> Value:
+        function, args, keys, node, instance = call.function, call.args, call.keys, call.node, call.instance
         known = self.plain.result(function, [*args, *keys.values()])
         if known is not None:
-            self._raise_again(function, node, frame)
+            self._raise_again(function, node, call.frame)
             return known
         same = [each for each in self.calls if each.node is function.node and each.code is function.code]
         depth = sum(each.frame is function.frame for each in same)  # a decorator makes others of one text
@@ -250,7 +244,8 @@ class Interpreter(Instances):
             inner.instance = function.frame.instance
         self._bind(function, args, keys, inner)
         self.calls.append(function)
-        self.trail.append((frame.module.path, getattr(node, "lineno", 0), getattr(node, "col_offset", 0)))
+        line, column = getattr(node, "lineno", 0), getattr(node, "col_offset", 0)
+        self.trail.append((call.frame.module.path, line, column))
         activity = self.activity
         held, conditional = len(activity.holding), activity.conditional
         is_lost = _is_lost(function, node, self.awaited)

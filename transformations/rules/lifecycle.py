@@ -143,7 +143,7 @@ class L1Deactivate(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
 
 
 class L1Cleanup(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
-    """It may be cleaned up."""
+    """A managed node may be cleaned up."""
 
     node = Node(sym.NodeNet)
     life = Node(sym.Lifecycle, of=node.lifecycle, cleansUp=True)
@@ -156,7 +156,7 @@ class L1Cleanup(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
 
 
 class L1Shutdown(StandardRule, phase=Phase.lifecycle, middleware="ros2"):
-    """It may be shut down, in any state, forever."""
+    """A managed node may be shut down in any state, and stays so."""
 
     node = Node(sym.NodeNet)
     life = Node(sym.Lifecycle, of=node.lifecycle, shutsDown=True)

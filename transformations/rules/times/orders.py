@@ -37,7 +37,7 @@ class E8(StandardRule, phase=Phase.publications, middleware="ros2", times=True):
 
 
 class E8Result(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """Such an executor works on one of two wait results: sets of callbacks that are ready."""
+    """An executor with an order works on one of two wait results: sets of callbacks that are ready."""
 
     node = Node(sym.NodeNet)
     chooser = Made(E8.chooser, of=node)
@@ -132,7 +132,7 @@ class Turn(Fragment):
 
 
 class E8Turn(StandardRule, phase=Phase.timing, middleware="ros2", times=True):
-    """Each callback of such an executor is in a wait result or not."""
+    """Each callback of an executor with an order is in a wait result or not."""
 
     page = Node(sym.CallbackPage)
     node = Node(sym.NodeNet, of=ancestor(page, sym.NodeNet))
