@@ -3,13 +3,42 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import TypeAlias
+from typing import TypeAlias, TypeVar
 
 from tests.support.references.flattening import Name, PlainNet
 
 Marking: TypeAlias = tuple[int, ...]
+
+
+State = TypeVar("State", bound=Hashable)
+
+
+class TooManyStatesError(ValueError):
+    """A system has more states than asked for."""
+
+
+def explored(
+    starts: Iterable[State], successors: Callable[[State], Iterable[State]], most: int
+) -> set[State]:
+    """Return all states that can be reached from some states.
+
+    Raises
+    ------
+    TooManyStatesError
+        There are more than `most`.
+    """
+    todo = list(starts)
+    known = set(todo)
+    while todo:
+        for after in successors(todo.pop()):
+            if after not in known:
+                known.add(after)
+                todo.append(after)
+        if len(known) > most:
+            raise TooManyStatesError
+    return known
 
 
 class TooManyMarkingsError(Exception):

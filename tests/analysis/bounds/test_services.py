@@ -16,10 +16,10 @@ from dineros.metamodel import sym
 from dineros.metamodel.build import callback, node_net, place, seconds, step
 from dineros.metamodel.elements import channels, find
 from tests.analysis.bounds.test_no_bound_is_too_low import require_above, require_kept
+from tests.support.reachability import TooManyStatesError
 from tests.support.timed_systems.callers import THEN, Callers
 from tests.support.timed_systems.counted import COUNTED, RESPONSES
 from tests.support.timed_systems.models import System, model_of
-from tests.support.timed_systems.threads import TooManyStatesError
 
 SEEDS = 60 * int(os.environ.get("DINEROS_EXAMPLES", "1"))
 MOST_STATES = 8_000

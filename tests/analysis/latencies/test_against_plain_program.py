@@ -17,8 +17,9 @@ from dineros.analysis.bounds.answers import Bounds
 from dineros.analysis.latencies.answers import Latencies, end_of
 from dineros.analysis.latencies.results import Latency
 from tests.analysis.bounds.test_no_bound_is_too_low import drawn, require_above, require_kept
+from tests.support.reachability import TooManyStatesError
 from tests.support.timed_systems.models import System, model_of
-from tests.support.timed_systems.threads import Threads, TooManyStatesError
+from tests.support.timed_systems.threads import Threads
 
 SEEDS = 16 * int(os.environ.get("DINEROS_EXAMPLES", "1"))
 MOST_STATES = 2_500

@@ -13,9 +13,10 @@ from dineros.analysis.latencies.answers import Latencies, end_of
 from dineros.metamodel import sym
 from dineros.metamodel.elements import channels
 from tests.analysis.latencies.test_against_plain_program import require_exactly, varied
+from tests.support.reachability import TooManyStatesError
 from tests.support.timed_systems.counted import CHAINS, COUNTED
 from tests.support.timed_systems.models import System, model_of
-from tests.support.timed_systems.threads import Threads, TooManyStatesError, _State, _with
+from tests.support.timed_systems.threads import Threads, _State, _with
 
 SEEDS = 30 * int(os.environ.get("DINEROS_EXAMPLES", "1"))
 MOST_STATES = 2_500

@@ -19,8 +19,8 @@ from dineros.metamodel import sym
 from dineros.metamodel.build import callback, flow, place, step
 from dineros.metamodel.elements import find
 from dineros.metamodel.times.rates import on_the_way
+from tests.support.reachability import TooManyStatesError
 from tests.support.timed_systems.models import System, model_of
-from tests.support.timed_systems.threads import TooManyStatesError
 from tests.support.timed_systems.waiting import Waited, Waiters
 
 SEEDS = 40 * int(os.environ.get("DINEROS_EXAMPLES", "1"))

@@ -14,10 +14,11 @@ from dineros.analysis.latencies.depths import LARGEST, Depth, least_depths
 from dineros.metamodel import sym
 from dineros.metamodel.elements import channels
 from tests.analysis.latencies.test_reaction_and_age import drawn
+from tests.support.reachability import TooManyStatesError
 from tests.support.timed_systems.counted import COUNTED
 from tests.support.timed_systems.executors import Explorer
 from tests.support.timed_systems.models import model_of
-from tests.support.timed_systems.threads import Threads, TooManyStatesError
+from tests.support.timed_systems.threads import Threads
 
 
 def depths_of(model: sym.SystemModel) -> dict[str, Depth]:

@@ -18,10 +18,10 @@ from dineros.metamodel.build import seconds
 from dineros.metamodel.callbacks.groups import callback_page_of
 from dineros.metamodel.elements import find, transitions
 from tests.analysis.bounds.test_services import drawn, with_goals
+from tests.support.reachability import TooManyStatesError
 from tests.support.timed_systems.callers import Callers
 from tests.support.timed_systems.counted import COUNTED
 from tests.support.timed_systems.models import model_of
-from tests.support.timed_systems.threads import TooManyStatesError
 
 SEEDS = 8 * int(os.environ.get("DINEROS_EXAMPLES", "1"))
 

@@ -14,9 +14,9 @@ from dineros.metamodel.elements import channels, node_nets
 from tests.analysis.bounds.test_no_bound_is_too_low import drawn
 from tests.analysis.latencies.test_against_plain_program import require_exactly
 from tests.analysis.timed_checks.test_random_systems import by_classes, fired
+from tests.support.reachability import TooManyStatesError
 from tests.support.timed_systems.managed import Managed
 from tests.support.timed_systems.models import System, model_of
-from tests.support.timed_systems.threads import TooManyStatesError
 
 SEEDS = 30 * int(os.environ.get("DINEROS_EXAMPLES", "1"))
 MOST_STATES = 4_000

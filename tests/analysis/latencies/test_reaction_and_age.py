@@ -18,9 +18,9 @@ from dineros.analysis.bounds.answers import Bounds
 from dineros.analysis.latencies.answers import Latencies, end_of
 from dineros.analysis.latencies.paths import paths_between
 from dineros.analysis.latencies.results import Latency
+from tests.support.reachability import TooManyStatesError
 from tests.support.timed_systems.models import System, model_of
 from tests.support.timed_systems.reacting import Ages, Reacting
-from tests.support.timed_systems.threads import TooManyStatesError
 
 SEEDS = 40 * int(os.environ.get("DINEROS_EXAMPLES", "1"))
 MOST_STATES = 3_000

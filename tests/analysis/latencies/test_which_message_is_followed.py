@@ -14,8 +14,9 @@ import pytest
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.latencies.answers import Latencies, end_of
+from tests.support.reachability import TooManyStatesError
 from tests.support.timed_systems.models import System, model_of
-from tests.support.timed_systems.threads import Threads, TooManyStatesError
+from tests.support.timed_systems.threads import Threads
 
 SEEDS = 30 * int(os.environ.get("DINEROS_EXAMPLES", "1"))
 

@@ -26,9 +26,10 @@ from tests.analysis.timed_checks.test_random_systems import (
     drawn_with_lifespans,
     fired,
 )
+from tests.support.reachability import TooManyStatesError
 from tests.support.timed_systems.aging import Aging
 from tests.support.timed_systems.models import System, model_of
-from tests.support.timed_systems.threads import TooManyStatesError, _State, _with
+from tests.support.timed_systems.threads import _State, _with
 
 SEEDS = 40 * int(os.environ.get("DINEROS_EXAMPLES", "1"))
 

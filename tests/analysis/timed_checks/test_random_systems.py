@@ -30,10 +30,10 @@ from dineros.metamodel.build import seconds
 from dineros.metamodel.elements import channels, find, node_nets
 from dineros.metamodel.errors import DinerosError
 from tests.analysis.bounds.test_no_bound_is_too_low import drawn
+from tests.support.reachability import TooManyStatesError
 from tests.support.ros2_systems.deserted_services import Asking, ask
 from tests.support.timed_systems.aging import Aging
 from tests.support.timed_systems.models import System, model_of
-from tests.support.timed_systems.threads import TooManyStatesError
 from tests.transformations.rules.test_goals_in_time import Drive, driving
 
 SEEDS = 12 * int(os.environ.get("DINEROS_EXAMPLES", "1"))

@@ -10,6 +10,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
+from tests.support.reachability import explored
+
 
 class Facts(NamedTuple):
     """What can happen.
@@ -84,7 +86,7 @@ class Explorer:
 
         Raises
         ------
-        ValueError
+        TooManyStatesError
             There are more states than `most`.
         """
         starts: list[tuple[int, ...]] = [()]
@@ -102,18 +104,11 @@ class Explorer:
             )
             for start in starts
         ]
-        known = set(todo)
-        while todo:
-            state = todo.pop()
-            for number, queue in enumerate(state.queues):
-                name = self.readers[number]["name"]
+        known = explored(todo, self.successors, most)
+        for state in known:
+            for reader, queue in zip(self.readers, state.queues, strict=True):
+                name = reader["name"]
                 self.longest[name] = max(self.longest[name], len(queue))
-            for after in self.successors(state):
-                if after not in known:
-                    known.add(after)
-                    todo.append(after)
-            if len(known) > most:
-                raise ValueError("too many states")
         return Facts(self.longest, self.lost, self.missed, self.response, len(known))
 
     def successors(self, state: _State) -> Iterator[_State]:

@@ -11,6 +11,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
+from tests.support.reachability import explored
+
 Data = tuple[int, bool] | None
 """Time since the release; whether no output has come of it before."""
 
@@ -58,8 +60,8 @@ class SampledExplorer:
         self.lost = False
 
     def explore(self, most: int = 300_000) -> Times:
-        """Return the times; ValueError if there are more states than `most`."""
-        todo = [
+        """Return the times; `TooManyStatesError` if there are more states than `most`."""
+        starts = [
             _State(
                 tuple(timer["offset"] for timer in self.timers),
                 (None,) * len(self.timers),
@@ -70,14 +72,7 @@ class SampledExplorer:
                 None,
             )
         ]
-        known = set(todo)
-        while todo:
-            for after in self.successors(todo.pop()):
-                if after not in known:
-                    known.add(after)
-                    todo.append(after)
-            if len(known) > most:
-                raise ValueError("too many states")
+        explored(starts, self.successors, most)
         return Times(
             min(self.times, default=None),
             max(self.times, default=None),

@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
+from tests.support.reachability import explored
+
 
 class Followed(NamedTuple):
     """What can happen.
@@ -64,10 +66,6 @@ TOLD = "!"
 """Ends the name of a run that has published in the middle of its work."""
 
 
-class TooManyStatesError(Exception):
-    """The system is too large to be explored."""
-
-
 class Threads:
     """Explores a system of timers and subscriptions that work once, and publish then or meanwhile.
 
@@ -116,14 +114,7 @@ class Threads:
 
     def _all_from(self, todo: list[_State], most: int) -> Any:
         """Explore all states that follow some states."""
-        known = set(todo)
-        while todo:
-            for after in self._successors(todo.pop()):
-                if after not in known:
-                    known.add(after)
-                    todo.append(after)
-            if len(known) > most:
-                raise TooManyStatesError
+        explored(todo, self._successors, most)
         return self.found
 
     def _starts(self) -> list[_State]:

@@ -12,7 +12,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
-from tests.support.timed_systems.threads import TooManyStatesError, _note, _offsets, _sorted, _with
+from tests.support.reachability import explored
+from tests.support.timed_systems.threads import _note, _offsets, _sorted, _with
 
 DEPTH = 10
 """Requests that a server keeps."""
@@ -104,14 +105,7 @@ class Waiters:
         flights, queues, requests, asked = empty
         none = ((-1,) * len(self.timers), flights, queues, requests, asked, requests, requests, ())
         todo = [_State(start, *none) for start in starts]
-        known = set(todo)
-        while todo:
-            for after in self._successors(todo.pop()):
-                if after not in known:
-                    known.add(after)
-                    todo.append(after)
-            if len(known) > most:
-                raise TooManyStatesError
+        explored(todo, self._successors, most)
         return self.found
 
     def _successors(self, state: _State) -> Iterator[_State]:

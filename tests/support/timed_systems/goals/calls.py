@@ -14,7 +14,7 @@ from typing import NamedTuple, TypeVar
 from dineros.metamodel import sym
 from dineros.metamodel.build import callback, here, node_net, place, seconds, step
 from dineros.metamodel.constraints import validate
-from tests.support.timed_systems.threads import TooManyStatesError
+from tests.support.reachability import explored
 
 Span = tuple[int, int]
 _T = TypeVar("_T", int, tuple[str, int])
@@ -122,14 +122,7 @@ class Explorer:
         self._system = system
         self.response: tuple[int, int] | None = None
         start = _State(system.reaction, system.clients, (), (), (), (), 0, ())
-        known, todo = {start}, [start]
-        while todo:
-            for after in self._successors(todo.pop()):
-                if after not in known:
-                    known.add(after)
-                    todo.append(after)
-            if len(known) > most_states:
-                raise TooManyStatesError
+        explored([start], self._successors, most_states)
 
     def _successors(self, state: _State) -> Iterator[_State]:
         """Yield what may happen now; time passes unless something must."""

@@ -16,7 +16,7 @@ from typing import NamedTuple
 from dineros.metamodel import sym
 from dineros.metamodel.build import callback, node_net, place, seconds, step
 from dineros.metamodel.constraints import validate
-from tests.support.timed_systems.threads import TooManyStatesError
+from tests.support.reachability import explored
 
 Span = tuple[int, int]
 
@@ -121,14 +121,7 @@ class Explorer:
         self._system = system
         self.times: dict[str, tuple[int, int]] = {}
         start = (_Client("wish", 0, 0, "", 0),) * system.clients
-        known, todo = {start}, [start]
-        while todo:
-            for after in self._successors(todo.pop()):
-                if after not in known:
-                    known.add(after)
-                    todo.append(after)
-            if len(known) > most_states:
-                raise TooManyStatesError
+        explored([start], self._successors, most_states)
 
     def _successors(self, state: tuple[_Client, ...]) -> Iterator[tuple[_Client, ...]]:
         """Yield what may happen now; time passes unless something must."""
