@@ -98,7 +98,7 @@ lock: install $(maintenance)/.installed ## Write requirements/ again; UPGRADE=ye
 	@$(python) tools/lock.py $(maintenance)/bin/uv $(if $(UPGRADE),--upgrade)
 
 .PHONY: audit
-audit: install $(maintenance)/.installed ## Ask for known holes in what is installed
+audit: install $(maintenance)/.installed ## Ask for known vulnerabilities in what is installed
 	@$(python) tools/audit.py $(maintenance)/bin/pip-audit requirements/*.txt
 
 .PHONY: clean

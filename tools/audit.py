@@ -1,4 +1,4 @@
-"""Ask for known holes in what the locks name, with pip-audit.
+"""Check the locked packages for known vulnerabilities, with pip-audit.
 
 If the advisory service cannot be reached, one line says so, and nothing fails.
 
@@ -48,7 +48,7 @@ def main(program: str, *locks: str) -> int:
     for package in found:
         if "skip_reason" in package:
             print(f"{package['name']}: {package['skip_reason']}")
-    print(f"{len(found)} packages, {len(holes)} known holes")
+    print(f"{len(found)} packages, {len(holes)} known vulnerabilities")
     return 1 if holes else 0
 
 

@@ -41,7 +41,7 @@ class Search:
     circle.
     """
     is_complete: bool
-    """Whether all others that were asked for are proved to end always."""
+    """Whether all other callbacks in the question are proved to end always."""
     reason: str = ""
     """Why not; empty if they are."""
     is_settled: bool = True
@@ -154,7 +154,7 @@ def _unnamed(waits: list[Callback], found: list[Blocked]) -> list[Callback]:
 
 
 def _once(found: list[Blocked]) -> list[Blocked]:
-    """Return each circle once, and what has none once where it is in no circle either."""
+    """Return each circle once, and each callback that is in no circle once."""
     circles: dict[Circle, Blocked] = {}
     for each in found:
         if each.circle is not None:

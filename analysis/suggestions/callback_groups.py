@@ -162,7 +162,7 @@ class _ChangeSearch:
             suggestion.breaks = [each.message for each in after if each.elements not in before]
 
     def _find_others(self, left: list[Changes]) -> None:
-        """Try what is left of the same size in which callbacks await: that is another kind of change."""
+        """Try the remaining changes of the same size in which callbacks await: another kind of change."""
         for changes in left:
             made = self._changed(changes) if changes.awaiting else None
             if made is None:

@@ -1,4 +1,4 @@
-"""What walks read of a net, as arrays for their kernels."""
+"""The parts of a net that walks read, as arrays for their kernels."""
 
 from __future__ import annotations
 

@@ -378,7 +378,7 @@ class Port(Value):
 
 @dataclass(eq=False)
 class RunningNode(Holder):
-    """A node that is not an instance of a class of the program: of ``rclpy.create_node``."""
+    """A node that is not an instance of a class of the program: made by ``rclpy.create_node``."""
 
     fact: NodeFact
 

@@ -27,14 +27,14 @@ def test_each_hole_is_one_line(program: Path, capsys: pytest.CaptureFixture[str]
     assert capsys.readouterr().out == (
         "a 1.0: PYSEC-1 (fixed in 1.1, 2.0)\n"
         "a 1.0: PYSEC-2 (fixed in no release)\n"
-        "2 packages, 2 known holes\n"
+        "2 packages, 2 known vulnerabilities\n"
     )
 
 
 def test_what_was_not_asked_for_is_named(program: Path, capsys: pytest.CaptureFixture[str]) -> None:
     report = {"dependencies": [{"name": "a", "skip_reason": "not found"}], "fixes": []}
     assert main(answer(program, f"echo '{json.dumps(report)}' >\"$report\"")) == 0
-    assert capsys.readouterr().out == "a: not found\n1 packages, 0 known holes\n"
+    assert capsys.readouterr().out == "a: not found\n1 packages, 0 known vulnerabilities\n"
 
 
 def test_without_the_service_one_line_says_so(program: Path, capsys: pytest.CaptureFixture[str]) -> None:

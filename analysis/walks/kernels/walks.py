@@ -81,7 +81,7 @@ def fire(net, state, count, t, first, firings):  # type: ignore[no-untyped-def]
 
 @kernel()
 def drawn(enabled, count, priority):  # type: ignore[no-untyped-def]
-    """Draw one of the enabled transitions; every other time, of two the one of higher priority."""
+    """Draw one of the enabled transitions; every other time, draw two and take the one of higher priority."""
     t = enabled[np.random.randint(count)]
     if np.random.random() < 0.5:
         other = enabled[np.random.randint(count)]

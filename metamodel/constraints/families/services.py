@@ -90,7 +90,7 @@ def in_one_node_net(place: EObject, other: EObject, index: Index, what: str) -> 
 
 
 def in_two_node_nets(asking: sym.NodeNet | None, other: sym.NodeNet | None, what: str) -> str:
-    """Name the node nets of a place of a port and of another place of it."""
+    """Name the node nets of two places of a port."""
     first, second = (describe(net) if net else "no node net" for net in (asking, other))
     return f"{first} and {what} in {second}"
 
