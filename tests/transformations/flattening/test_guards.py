@@ -251,7 +251,7 @@ def test_no_value_is_owed_to_a_fair_run() -> None:
     model, _ = modelled([again, leave], [ALL[0]])
     subject = base_subject(model)
     for word in ("T0", "all", "node:node", subject.net.transitions[0]):
-        with pytest.raises(FormulaError, match="guards tell its tokens apart"):
+        with pytest.raises(FormulaError, match="guards distinguish its tokens"):
             fair_transitions(subject, [word])
     (loop,) = (
         t
