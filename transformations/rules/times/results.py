@@ -68,7 +68,7 @@ class D11Learn(StandardRule, phase=Phase.outcomes, middleware="ros2", times=True
 
 
 class D11Fetch(StandardRule, phase=Phase.outcomes, middleware="ros2", times=True):
-    """Then it asks the server for the result."""
+    """A client that has learned of the acceptance asks the server for the result."""
 
     action = Node(sym.ActionChannel)
     client = Node(sym.ActionClientPort, channel=action, outstanding=1)
@@ -129,7 +129,7 @@ class UnderWay(Fragment):
 
 
 class D11Several(StandardRule, phase=Phase.outcomes, middleware="ros2", times=True):
-    """So does a client with several goals under way for each of them."""
+    """A client with several goals under way learns of each acceptance, and asks for each result."""
 
     action, client = action_with_client()
 
@@ -182,7 +182,7 @@ class D11Known(StandardRule, phase=Phase.outcomes, middleware="ros2", times=True
 
 
 class D11Any(StandardRule, phase=Phase.goals, middleware="ros2", times=True):
-    """They come at any time."""
+    """Results for a client with several goals under way may also come at any time."""
 
     action, client = action_with_client()
     exit = Node(pn.Place, of=Exits(action.server))
@@ -208,7 +208,7 @@ class D11Turn(StandardRule, phase=Phase.outcomes, middleware="ros2", times=True)
 
 
 class D11Turns(StandardRule, phase=Phase.outcomes, middleware="ros2", times=True):
-    """In whatever way they come."""
+    """Results are taken one by one also if they come at any time."""
 
     client = Node(sym.ActionClientPort)
     turn = Made(D11Turn.turn, of=client)
@@ -218,7 +218,7 @@ class D11Turns(StandardRule, phase=Phase.outcomes, middleware="ros2", times=True
 
 
 class D11AnyTime(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
-    """So they have no latest time."""
+    """Results that may come at any time have no latest time."""
 
     answer = Made(D11Any.answer)
     move = Node(pn.Transition, of=answer.move)
