@@ -200,7 +200,7 @@ def _worst(
 
 def _notes(model: sym.SystemModel, found: Everything | Latency, reason: str) -> list[str]:
     from dineros.analysis.bounds.answers import ASSUMES
-    from dineros.analysis.latencies.answers import Latency
+    from dineros.analysis.latencies.results import Latency
     from dineros.analysis.model.assumptions import of_source
 
     notes = [f"exact times are not known: {reason}"] if reason else []

@@ -15,7 +15,8 @@ import pytest
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.bounds.answers import Bounds
-from dineros.analysis.latencies.answers import Everything, Latencies
+from dineros.analysis.latencies.answers import Latencies
+from dineros.analysis.latencies.results import Everything
 from dineros.analysis.timed.exploring import explore_timed
 from dineros.analysis.timed.timed_subject import timed_base_subject
 from dineros.metamodel import pn, sym
@@ -23,9 +24,9 @@ from dineros.metamodel.build import callback, node_net, place, seconds, step
 from dineros.metamodel.constraints import validate
 from dineros.metamodel.elements import channels, node_net_of
 from tests.analysis.timed_checks.test_random_systems import by_classes, fired, require_possible
+from tests.support.reachability import TooManyStatesError
 from tests.support.timed_systems.mixed import Mixed, Mixture
 from tests.support.timed_systems.models import System, model_of
-from tests.support.timed_systems.threads import TooManyStatesError
 
 SEEDS = 40 * int(os.environ.get("DINEROS_EXAMPLES", "1"))
 MOST_STATES = 8_000

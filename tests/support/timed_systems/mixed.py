@@ -12,7 +12,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
-from tests.support.timed_systems.threads import TooManyStatesError, _note, _offsets, _with
+from tests.support.reachability import TooManyStatesError
+from tests.support.timed_systems.threads import _note, _offsets, _with
 
 DEPTH = 10
 """Requests that a server keeps."""
