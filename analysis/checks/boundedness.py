@@ -70,7 +70,7 @@ class _SpaceSearch:
     @property
     def may_grow(self) -> bool:
         """Whether a place has no simple bound."""
-        return any(bound is None for bound in place_bounds(self.checked.subject.net))
+        return any(bound is None for bound in self.checked.subject.net.once(flows_and_bounds)[1])
 
     def look_near(self, budget: Budget) -> None:
         """Look for growth near the initial marking, and along walks."""
@@ -103,9 +103,10 @@ class _SpaceSearch:
     def _space(self, budget: Budget) -> str:
         """Make the state space; return the reason if it could not be made, else an empty text."""
         checked = self.checked
-        between = partial(_look_elsewhere, checked)
+        net, between = checked.subject.net, partial(_look_elsewhere, checked)
+        facts = net.once(flows_and_bounds)
         try:
-            space = symbolic_state_space(checked.subject.net, budget, orders=checked.orders, between=between)
+            space = symbolic_state_space(net, budget, orders=checked.orders, between=between, facts=facts)
         except _RecurrentError:
             return "decided on a smaller net"
         except _KnownByPartsError:
