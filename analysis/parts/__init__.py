@@ -1,1 +1,1 @@
-"""Answers from parts of a net: some places with the transitions that change them, as few as suffice."""
+"""Answers from parts of a net: independent ones, or some places with the transitions that change them."""
