@@ -16,7 +16,7 @@ from dineros.analysis.symbolic.canonical import arranged
 
 @dataclass(frozen=True)
 class Independent:
-    """A net as independent parts.
+    """A net as independent parts, or as one part that is the net itself.
 
     Attributes
     ----------
@@ -34,7 +34,7 @@ class Independent:
 
 
 def independent(net: CompiledNet) -> Independent:
-    """Return the independent parts of a net.
+    """Return the independent parts of a net; if there is only one, the net itself.
 
     Examples
     --------
@@ -48,6 +48,8 @@ def independent(net: CompiledNet) -> Independent:
     inside: defaultdict[int, list[int]] = defaultdict(list)
     for place in changing:
         inside[part_of[place]].append(place)
+    if len(inside) < 2:
+        return Independent((net,), (), 0)
     firing: defaultdict[int, list[int]] = defaultdict(list)
     always_enabled = 0
     for t, places in enumerate(touched):

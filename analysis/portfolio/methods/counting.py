@@ -119,19 +119,18 @@ def _by_diagrams(question: Count, budget: Budget) -> Outcome:
     """Count independent parts of the net one after the other; those of one shape once."""
     net = question.net
     found = independent(net)
-    nets = found.parts if len(found.parts) > 1 else (net,)
     counted: dict[tuple[bytes, ...], _Part] = {}
     parts: list[_Part] = []
     reasons: list[str] = []
-    for part in nets:
-        key = shape(part) if len(nets) > 1 else ()
+    for part in found.parts:
+        key = shape(part) if len(found.parts) > 1 else ()
         if key not in counted:
             try:
                 counted[key] = _of_diagram(part, question.orders, budget, reasons)
             except BudgetExceededError as limit:
                 return question.nothing("symbolic", str(limit))
         parts.append(counted[key])
-    whole = parts[0] if len(nets) == 1 else _together(found, parts)
+    whole = parts[0] if len(parts) == 1 else _together(found, parts)
     if whole.figures is None:
         reason = f"{reasons[0]}; these are all states, and the rest is not counted"
         return question.counted("symbolic", (whole.states, None, None), reason=reason)

@@ -49,7 +49,9 @@ def test_figures_are_those_of_the_whole(parts: list[CompiledNet], copies: int) -
 def test_parts_have_all_changing_places_and_all_transitions_that_can_fire(parts: list[CompiledNet]) -> None:
     net = _side_by_side(parts)
     found = independent(net)
-    assert len(found.parts) <= sum(map(bool, net.changing))
+    if found.parts == (net,):
+        return
+    assert 2 <= len(found.parts) <= sum(map(bool, net.changing))
     places = [place for part in found.parts for place in part.places]
     assert sorted(places) == sorted(name for name, by in zip(net.places, net.changing, strict=True) if by)
     assert len(found.constant) == len(net.places) - len(places)
@@ -88,6 +90,12 @@ def test_names_and_order_do_not_matter_for_the_shape_but_tokens_do() -> None:
     assert shape(_ring(3)) == shape(_ring(3, name="s"))
     assert shape(_ring(3)) != shape(_ring(3, tokens=2))
     assert shape(_ring(3)) != shape(_ring(4))
+
+
+def test_a_connected_net_is_one_part() -> None:
+    ring = _ring(3)
+    assert independent(ring).parts == (ring,)
+    assert independent(_side_by_side([ring, CompiledNet.build({"constant": 1}, [])])).constant == ()
 
 
 def test_constant_places_connect_no_parts() -> None:
