@@ -46,7 +46,8 @@ def what_it_says(report: Report) -> tuple[object, ...]:
         (f.rule,) if f.rule in PLACES else (f.rule, f.elements, f.message, f.witness is None)
         for f in report.findings
     ]
-    proved = [re.sub(r"bounded: .*|^(all markings|[\d,]+ home markings?)", "", text) for text in report.proved]
+    numbers = r"bounded: .*|^(all markings|[\d,]+ home markings?)"
+    proved = [re.sub(numbers, "", text) for text in report.proved]
     return findings, proved, [str(unknown) for unknown in report.unknown]
 
 
