@@ -49,7 +49,7 @@ class Answering:
     answer : Outcome or None
         The answer.
     left : Outcome
-        The result if there is no answer, with the reason.
+        The result that is returned if no method answers; it has the reason.
     """
 
     question: Question

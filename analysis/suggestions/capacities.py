@@ -39,7 +39,7 @@ SPACE, FIRST_PART = Share(time=0.3), 0.8
 """Share of the state space, and part of the time for all queues at their first analysis."""
 
 FIRST_SECONDS = 20.0
-"""Maximum seconds for a queue then, if there is no state space."""
+"""Maximum seconds for the first search of one queue, if the state space was not made."""
 
 TREE, LARGEST_LOAD, FIRINGS = Share(time=0.1), Share(time=0.3), Share(time=0.3)
 """Shares of the coverability tree, of the largest number of messages, and of each capacity that is tried."""

@@ -45,7 +45,7 @@ class Open(Value):
 
 
 MOST_VALUES = 8
-"""Limit of the values that are told apart in a variable or as results of an operator."""
+"""Maximum number of different values that a variable, or the result of an operator, is known to have."""
 
 NO_VALUE = Open("a variable without a value")
 """The value of a variable that is only declared."""

@@ -292,7 +292,7 @@ def _is_number(value: Value) -> bool:
 
 
 def _is_data(value: Value) -> bool:
-    """Return whether an argument is no code that runs when somebody uses it."""
+    """Return whether the use of an argument runs no code of the program."""
     if isinstance(value, Items):
         return all(_is_data(option) for each in value.items for option in options(each))
     if isinstance(value, Made):

@@ -81,7 +81,7 @@ class Carried:
 
 
 def _is_new(before: Value, after: Value) -> bool:
-    """Return whether a value has functions, objects or ports that it had not before, or is no longer None."""
+    """Return whether a value has new functions, objects or ports, or was None and is not now."""
     known = options(before)
     if all(isinstance(each, Const) for each in known) and any(map(is_none, known)):
         known = [Const(None)]

@@ -8,31 +8,28 @@ import pytest
 
 from tests.sources.libraries.idioms import Idiom, does_of
 
-IDIOMS = {
-    "hash_dict": Idiom(
-        """
-{K(self): 1}
-""",
-        before="""
+KEY = """
 class K:
     def __init__(self, n): self.n = n
     def __hash__(self):
         self.n.ask()
         return 1
+"""
+"""A class whose hash has an effect."""
+
+IDIOMS = {
+    "hash_dict": Idiom(
+        """
+{K(self): 1}
 """,
+        before=KEY,
     ),
     "hash_set_add": Idiom(
         """
 s = set()
 s.add(K(self))
 """,
-        before="""
-class K:
-    def __init__(self, n): self.n = n
-    def __hash__(self):
-        self.n.ask()
-        return 1
-""",
+        before=KEY,
     ),
     "hash_in": Idiom(
         """
@@ -41,13 +38,7 @@ return K(self) in self.d
         init="""
 self.d = {}
 """,
-        before="""
-class K:
-    def __init__(self, n): self.n = n
-    def __hash__(self):
-        self.n.ask()
-        return 1
-""",
+        before=KEY,
     ),
     "hash_get": Idiom(
         """
@@ -56,13 +47,7 @@ self.d.get(K(self))
         init="""
 self.d = {}
 """,
-        before="""
-class K:
-    def __init__(self, n): self.n = n
-    def __hash__(self):
-        self.n.ask()
-        return 1
-""",
+        before=KEY,
     ),
     "hash_sub": Idiom(
         """
@@ -71,13 +56,7 @@ self.d[K(self)] = 1
         init="""
 self.d = {}
 """,
-        before="""
-class K:
-    def __init__(self, n): self.n = n
-    def __hash__(self):
-        self.n.ask()
-        return 1
-""",
+        before=KEY,
     ),
     "dc_kw_only": Idiom(
         """

@@ -408,7 +408,7 @@ def _without(state: _State, run: _Run) -> _State:
 
 
 def _forgotten(state: _State, client: str, number: int) -> _State:
-    """Return it after a run has given up: nobody waits for its request any more."""
+    """Return the state after a run has given up: no run waits for its request."""
 
     def late(ways: tuple[tuple[_Request, ...], ...]) -> tuple[tuple[_Request, ...], ...]:
         return tuple(

@@ -103,7 +103,9 @@ class D11Result(StandardRule, phase=Phase.outcomes, middleware="ros2", times=Tru
 
 
 class UnderWay(Fragment):
-    """Whether messages are under way. The time of the last one runs: none of the others comes later.
+    """Whether messages of one kind are under way. Each new message begins their time again.
+
+    The net does not count them: all of them have arrived when the last one has.
 
     Parameters
     ----------
@@ -152,6 +154,11 @@ class D11Several(StandardRule, phase=Phase.outcomes, middleware="ros2", times=Tr
         *arcs_at(learn, [acceptances.some], [requests.sent]),
         *arcs_at(take, [requests.some]),
     ]
+    turn = place(
+        "{action.id}.client.{client.client}.turn",
+        tokens=1,
+        means=Meaning("{client} takes one result of action {action} at a time", rests=True),
+    )
 
     heard = Heard(learn)
     taken = Taken(take)
@@ -195,30 +202,17 @@ class D11Any(StandardRule, phase=Phase.goals, middleware="ros2", times=True):
 
 
 class D11Turn(StandardRule, phase=Phase.outcomes, middleware="ros2", times=True):
-    """Results are taken one by one: the time of the next one begins then, as it may have come later."""
-
-    action, client = action_with_client()
-    several = Made(D11Several.learn, of=client)
-
-    turn = place(
-        "{action.id}.client.{client.client}.turn",
-        tokens=1,
-        means=Meaning("{client} takes one result of action {action} at a time", rests=True),
-    )
-
-
-class D11Turns(StandardRule, phase=Phase.outcomes, middleware="ros2", times=True):
-    """Results are taken one by one also if they come at any time."""
+    """A client with several goals takes one result at a time; the latency of the next result begins then."""
 
     client = Node(sym.ActionClientPort)
-    turn = Made(D11Turn.turn, of=client)
+    turn = Made(D11Several.turn, of=client)
     answer = Made(Result, of=client)
 
     waits = [arc(turn, answer.move), arc(answer.move, turn)]
 
 
 class D11AnyTime(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
-    """Results that may come at any time have no latest time."""
+    """Results that may come at any time have no latest time of arrival."""
 
     answer = Made(D11Any.answer)
     move = Node(pn.Transition, of=answer.move)
@@ -227,7 +221,7 @@ class D11AnyTime(StandardRule, phase=Phase.intervals, middleware="ros2", times=T
 
 
 class D11Unknown(StandardRule, phase=Phase.intervals, middleware="ros2", times=True):
-    """A client with several goals asks to cancel one of them once it knows of the acceptance, at any time."""
+    """A client with several goals asks to cancel one at any time, as the net does not know what it knows."""
 
     action, client = action_with_client()
     slot = Index(upto=slots(action))
